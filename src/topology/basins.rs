@@ -1,0 +1,156 @@
+//! The dual graph, contracted along the gradient flow: basins and the Gabriel edges between them.
+//!
+//! In: a [`Mesh`] and its [`Filtration`]. Out: one basin for each local maximum (basin 0 is that of the outer face), with
+//! its weight (the circumradius there) and the triangle that names it. Invariants: weights and naming triangles depend on
+//! the cloud alone: where sites lie on one circle, the face they bound may be cut into triangles in several ways, so its
+//! maximum is taken from one fixed way, the fan around its smallest vertex. Must not know: dots, skeletons, ids.
+
+use std::cmp::Ordering;
+
+use super::filtration::Filtration;
+use super::geometry::{acuteness, are_cocircular, circumcircle, orientation};
+use super::mesh::{Mesh, OUTER_FACE};
+use super::position::Position;
+
+/// The basin that everything outside flows to.
+pub const OUTER_BASIN: u32 = 0;
+
+/// A local maximum of the filtration.
+#[derive(Clone, Copy, Debug)]
+pub struct Basin {
+    /// Circumradius at the maximum, squared; +infinity for the outer basin.
+    pub weight: f64,
+    /// The sites of the triangle that holds its own circumcentre, by position (all 0 for the outer basin).
+    pub triangle: [u32; 3],
+}
+
+/// The basins of a filtration.
+#[derive(Clone, Debug)]
+pub struct Basins {
+    basins: Vec<Basin>,
+    /// Of each face: the basin that it flows to.
+    of_face: Vec<u32>,
+}
+
+const UNKNOWN: u32 = u32::MAX;
+
+impl Basins {
+    /// Follows the flow of every face to its end.
+    pub fn new(mesh: &Mesh, filtration: &Filtration) -> Self {
+        let outer = Basin { weight: f64::INFINITY, triangle: [0; 3] };
+        let mut result = Self { basins: vec![outer], of_face: vec![UNKNOWN; mesh.face_count()] };
+        result.of_face[OUTER_FACE as usize] = OUTER_BASIN;
+        for face in 1..mesh.face_count() as u32 {
+            if filtration.is_maximum(face) {
+                result.of_face[face as usize] = result.basins.len() as u32;
+                result.basins.push(basin_of(mesh, mesh.corners(face)));
+            }
+        }
+        result.follow(filtration.flow());
+        result.settle_cocircular(mesh, filtration);
+        result
+    }
+
+    /// Gives every face the basin at the end of its flow.
+    fn follow(&mut self, flow: &[u32]) {
+        let mut path = Vec::new();
+        for face in 0..flow.len() as u32 {
+            let mut at = face;
+            while self.of_face[at as usize] == UNKNOWN {
+                path.push(at);
+                at = flow[at as usize];
+            }
+            let basin = self.of_face[at as usize];
+            for face in path.drain(..) {
+                self.of_face[face as usize] = basin;
+            }
+        }
+    }
+
+    /// Names the maxima of faces with more than three sites on their circle, of which a mesh shows only one of several
+    /// triangulations, by a triangle that does not depend on it.
+    fn settle_cocircular(&mut self, mesh: &Mesh, filtration: &Filtration) {
+        let flow = filtration.flow();
+        // (into, from), so that the tributaries of a face lie side by side.
+        let mut tributaries: Vec<(u32, u32)> = (filtration.suspects().iter())
+            .map(|&from| (flow[from as usize], from))
+            .filter(|&(into, from)| on_one_circle(mesh, from, into))
+            .collect();
+        tributaries.sort_unstable();
+        for group in tributaries.chunk_by(|a, b| a.0 == b.0) {
+            let maximum = group[0].0;
+            if filtration.is_maximum(maximum) {
+                let sites = sites_on_circle(mesh, &tributaries, maximum);
+                self.basins[self.of_face[maximum as usize] as usize] = basin_of(mesh, central_triangle(mesh, &sites));
+            }
+        }
+    }
+
+    /// All basins, that of the outer face first.
+    pub fn all(&self) -> &[Basin] {
+        &self.basins
+    }
+
+    /// The basin that a face flows to.
+    #[inline]
+    pub fn of_face(&self, face: u32) -> u32 {
+        self.of_face[face as usize]
+    }
+
+    /// The elder rule's order: by weight, equal ones by the triangles' corners.
+    pub fn compare(&self, mesh: &Mesh, a: u32, b: u32) -> Ordering {
+        let [a, b] = [a, b].map(|basin| &self.basins[basin as usize]);
+        let corners = |basin: &Basin| basin.triangle.map(|site| mesh.position(site));
+        a.weight.total_cmp(&b.weight).then_with(|| corners(a).cmp(&corners(b)))
+    }
+}
+
+fn basin_of(mesh: &Mesh, triangle: [u32; 3]) -> Basin {
+    let circle = circumcircle(triangle.map(|site| mesh.position(site)));
+    Basin { weight: circle.radius_squared, triangle }
+}
+
+/// Exact: whether two neighbouring triangles have one circumcircle.
+fn on_one_circle(mesh: &Mesh, from: u32, into: u32) -> bool {
+    let corners = mesh.corners(into);
+    let Some(far) = mesh.corners(from).into_iter().find(|site| !corners.contains(site)) else { return false };
+    let [a, b, c] = corners.map(|site| mesh.position(site));
+    are_cocircular(a, b, c, mesh.position(far))
+}
+
+/// All sites of the cocircular face around `maximum`, by position.
+fn sites_on_circle(mesh: &Mesh, tributaries: &[(u32, u32)], maximum: u32) -> Vec<u32> {
+    let mut sites = Vec::new();
+    let mut pending = vec![maximum];
+    while let Some(face) = pending.pop() {
+        sites.extend(mesh.corners(face));
+        let first = tributaries.partition_point(|&(into, _)| into < face);
+        let into_face = tributaries[first..].iter().take_while(|&&(into, _)| into == face);
+        pending.extend(into_face.map(|&(_, from)| from));
+    }
+    sites.sort_unstable_by_key(|&site| mesh.position(site));
+    sites.dedup();
+    sites
+}
+
+/// Of the fan of triangles around the first of the sites on a circle: the one that holds the centre (the later one by
+/// position, if the centre is on the border of two).
+fn central_triangle(mesh: &Mesh, sites: &[u32]) -> [u32; 3] {
+    let at = |site: u32| mesh.position(site);
+    let apex = sites[0];
+    let mut around = sites[1..].to_vec();
+    // The apex is the smallest, so all others lie within half a turn around it.
+    around.sort_unstable_by(|&a, &b| orientation(at(apex), at(b), at(a)));
+    let fan = around.windows(2).map(|pair| {
+        let mut triangle = [apex, pair[0], pair[1]];
+        triangle.sort_unstable_by_key(|&site| at(site));
+        triangle
+    });
+    fan.filter(|triangle| !is_obtuse(triangle.map(at)))
+        .max_by_key(|triangle| triangle.map(at))
+        .expect("a maximum holds the centre of its circle, and a fan leaves no gap")
+}
+
+fn is_obtuse([a, b, c]: [Position; 3]) -> bool {
+    [(a, b, c), (b, c, a), (c, a, b)].into_iter().any(|(p, apex, q)| acuteness(p, apex, q) == Ordering::Less)
+}

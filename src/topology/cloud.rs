@@ -1,0 +1,455 @@
+//! The cloud: which positions are there now, and what changed since the last frame.
+//!
+//! In: points one by one (to insert or to retract), event times, commits. Out: vertices (distinct positions with an id) and,
+//! at a commit, a [`CloudChange`]. Invariants: equal positions share one vertex, which lives until the last of its points is gone;
+//! lives are judged at commits, so a vertex whose position is left and taken again between two commits never left; ids rise in order of
+//! first appearance and are never given twice; a slot is not reused before the change that empties it was handed out. Must
+//! not know: triangulations, frames' contents.
+
+use hashbrown::HashTable;
+use hashbrown::hash_table::Entry;
+use thiserror::Error;
+
+use super::position::{CoordinateError, Position};
+use super::window::{Arrival, Queue, Window};
+
+/// Names a vertex for as long as its stream lives; never reused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct VertexId(pub u64);
+
+/// Where the cloud keeps a vertex; reused once the vertex is gone.
+pub type Slot = u32;
+
+/// Why a point was refused. The cloud is as it was.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum Refusal {
+    /// The position cannot be computed with.
+    #[error(transparent)]
+    Coordinate(#[from] CoordinateError),
+    /// A time window cannot place a point without a time.
+    #[error("the point has no event time, which a time window needs: give one (t), at least to the first point")]
+    NoTime,
+    /// The event time is not a number.
+    #[error("event time {0} is not a finite number")]
+    TimeNotFinite(f64),
+    /// The point is older than the time window already is.
+    #[error("event time {time} is before {oldest}, where the time window begins by now: send points sooner or widen it")]
+    TooLate {
+        /// Its event time.
+        time: f64,
+        /// The oldest time that the window still holds.
+        oldest: f64,
+    },
+    /// Nothing to retract.
+    #[error("there is no point at ({x}, {y}) to retract")]
+    NotThere {
+        /// First coordinate.
+        x: f64,
+        /// Second coordinate.
+        y: f64,
+    },
+    /// The cloud holds 2^32 - 2 vertices.
+    #[error("the cloud is full ({0} distinct positions): use a window or a resolution")]
+    Full(usize),
+}
+
+/// A distinct position of the cloud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vertex {
+    /// Its name.
+    pub id: VertexId,
+    /// Where it is.
+    pub position: Position,
+}
+
+/// What a commit changed. Both lists are in order of id.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CloudChange {
+    /// Slots of vertices that were not there at the commit before.
+    pub appeared: Vec<Slot>,
+    /// Slots of vertices that are gone; they may be reused after the next commit.
+    pub vanished: Vec<Slot>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    vertex: Vertex,
+    /// Points on this position.
+    points: u64,
+    /// Points that were retracted while the window still holds their arrivals.
+    retracted: u32,
+    life: Life,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Life {
+    /// Appeared since the last commit.
+    New,
+    /// Was there at the last commit.
+    Old,
+    /// Not in use.
+    Free,
+}
+
+/// The points of a stream, as distinct positions.
+#[derive(Clone, Debug)]
+pub struct Cloud {
+    window: Window,
+    resolution: Option<f64>,
+    places: Vec<Place>,
+    free: Vec<Slot>,
+    by_position: HashTable<Slot>,
+    queue: Queue,
+    /// Slots whose vertex may have appeared or vanished since the last commit; some stand in it twice.
+    touched: Vec<Slot>,
+    /// Slots emptied by the last commit.
+    emptied: Vec<Slot>,
+    /// Slots in order of id, vanished ones too until a sweep.
+    order: Vec<(VertexId, Slot)>,
+    vertices: usize,
+    points: u64,
+    next_id: u64,
+    newest_time: Option<f64>,
+    frame: u64,
+}
+
+impl Cloud {
+    /// An empty cloud; `resolution` snaps positions to a grid of that step.
+    pub fn new(window: Window, resolution: Option<f64>) -> Self {
+        Self {
+            window,
+            resolution,
+            places: Vec::new(),
+            free: Vec::new(),
+            by_position: HashTable::new(),
+            queue: Queue::new(window),
+            touched: Vec::new(),
+            emptied: Vec::new(),
+            order: Vec::new(),
+            vertices: 0,
+            points: 0,
+            next_id: 0,
+            newest_time: None,
+            frame: 1,
+        }
+    }
+
+    /// Makes room for so many more points at once.
+    pub fn reserve(&mut self, points: usize) {
+        self.places.reserve(points.saturating_sub(self.free.len()));
+        self.order.reserve(points);
+        self.touched.reserve(points);
+        let places = &self.places;
+        self.by_position.reserve(points, |&slot| hash(places[slot as usize].vertex.position));
+    }
+
+    /// Adds a point; `time` is its event time. In a time window, a point without one counts as of the newest time known.
+    ///
+    /// # Errors
+    /// [`Refusal`]; the cloud is then as it was.
+    pub fn insert(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<Slot, Refusal> {
+        let position = self.place_of(x, y)?;
+        let key = self.key(time)?;
+        let slot = self.occupy(position)?;
+        self.points += 1;
+        let vertex = self.places[slot as usize].vertex.id;
+        self.queue.push(key, slot, vertex);
+        self.expire();
+        Ok(slot)
+    }
+
+    /// Takes back the oldest point at a position.
+    ///
+    /// # Errors
+    /// [`Refusal`]; the cloud is then as it was.
+    pub fn retract(&mut self, x: f64, y: f64) -> Result<Slot, Refusal> {
+        let position = self.place_of(x, y)?;
+        let slot = self.find(position).ok_or(Refusal::NotThere { x, y })?;
+        self.places[slot as usize].retracted += u32::from(self.window != Window::All);
+        self.leave(slot);
+        self.sweep_queue();
+        Ok(slot)
+    }
+
+    /// Moves event time forward without a point.
+    ///
+    /// # Errors
+    /// [`Refusal::TimeNotFinite`].
+    pub fn advance_time(&mut self, time: f64) -> Result<(), Refusal> {
+        self.note_time(time)?;
+        self.expire();
+        Ok(())
+    }
+
+    /// Closes the frame: what changed since the last commit.
+    pub fn commit(&mut self) -> CloudChange {
+        if let Window::Frames(frames) = self.window {
+            self.expire_below((self.frame + 1).saturating_sub(frames.get()) as f64);
+        }
+        self.frame += 1;
+        self.free.append(&mut self.emptied);
+        let mut change = CloudChange::default();
+        let mut touched = std::mem::take(&mut self.touched);
+        touched.sort_unstable_by_key(|&slot| (self.places[slot as usize].vertex.id, slot));
+        touched.dedup();
+        for &slot in &touched {
+            self.settle(slot, &mut change);
+        }
+        touched.clear();
+        self.touched = touched;
+        self.sweep_order();
+        change
+    }
+
+    fn settle(&mut self, slot: Slot, change: &mut CloudChange) {
+        let place = &mut self.places[slot as usize];
+        match (place.points > 0, place.life) {
+            (true, Life::New) => {
+                place.life = Life::Old;
+                change.appeared.push(slot);
+            }
+            (false, Life::Old) => {
+                self.vacate(slot);
+                self.emptied.push(slot);
+                change.vanished.push(slot);
+            }
+            (true, Life::Old) | (false, Life::New) | (_, Life::Free) => {}
+        }
+    }
+
+    fn vacate(&mut self, slot: Slot) {
+        let place = &mut self.places[slot as usize];
+        place.life = Life::Free;
+        let position = place.vertex.position;
+        if let Ok(entry) = self.by_position.find_entry(hash(position), |&other| other == slot) {
+            entry.remove();
+        }
+        self.vertices -= 1;
+    }
+
+    /// The vertices as of the last commit, by id. Uncommitted ones are left out.
+    pub fn vertices(&self) -> impl Iterator<Item = (Slot, Vertex)> + '_ {
+        self.order.iter().filter_map(|&(id, slot)| {
+            let place = &self.places[slot as usize];
+            (place.vertex.id == id && place.life == Life::Old).then_some((slot, place.vertex))
+        })
+    }
+
+    /// Position of the vertex in a slot (the last one, if it is gone).
+    #[inline]
+    pub fn position(&self, slot: Slot) -> Position {
+        self.places[slot as usize].vertex.position
+    }
+
+    /// One more than the largest slot ever used.
+    pub fn slot_count(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Number of distinct positions, those of the frame in hand among them.
+    pub fn vertex_count(&self) -> usize {
+        self.vertices
+    }
+
+    /// Number of points, duplicates among them.
+    pub fn point_count(&self) -> u64 {
+        self.points
+    }
+
+    fn place_of(&self, x: f64, y: f64) -> Result<Position, Refusal> {
+        let position = Position::new(x, y)?;
+        Ok(match self.resolution {
+            Some(step) => position.snapped(step)?,
+            None => position,
+        })
+    }
+
+    fn key(&mut self, time: Option<f64>) -> Result<f64, Refusal> {
+        if let Some(time) = time {
+            let oldest = self.window_start(self.newest_time.unwrap_or(time));
+            if time < oldest {
+                return Err(Refusal::TooLate { time, oldest });
+            }
+            self.note_time(time)?;
+        }
+        Ok(match self.window {
+            Window::Time(_) => time.or(self.newest_time).ok_or(Refusal::NoTime)?,
+            Window::All | Window::Points(_) | Window::Frames(_) => self.frame as f64,
+        })
+    }
+
+    fn note_time(&mut self, time: f64) -> Result<(), Refusal> {
+        if !time.is_finite() {
+            return Err(Refusal::TimeNotFinite(time));
+        }
+        self.newest_time = Some(self.newest_time.map_or(time, |newest| newest.max(time)));
+        Ok(())
+    }
+
+    fn window_start(&self, newest: f64) -> f64 {
+        match self.window {
+            Window::Time(length) => newest - length,
+            _ => f64::NEG_INFINITY,
+        }
+    }
+
+    fn find(&self, position: Position) -> Option<Slot> {
+        let slot = *self.by_position.find(hash(position), |&slot| self.position(slot) == position)?;
+        (self.places[slot as usize].points > 0).then_some(slot)
+    }
+
+    /// One more point at `position`, with a new vertex if there is none.
+    fn occupy(&mut self, position: Position) -> Result<Slot, Refusal> {
+        let places = &mut self.places;
+        let entry = self.by_position.entry(
+            hash(position),
+            |&slot| places[slot as usize].vertex.position == position,
+            |&slot| hash(places[slot as usize].vertex.position),
+        );
+        let vacant = match entry {
+            Entry::Occupied(entry) => {
+                let slot = *entry.get();
+                places[slot as usize].points += 1;
+                return Ok(slot);
+            }
+            Entry::Vacant(vacant) => vacant,
+        };
+        if self.free.is_empty() && places.len() >= (Slot::MAX - 1) as usize {
+            return Err(Refusal::Full(places.len()));
+        }
+        let id = VertexId(self.next_id);
+        let place = Place { vertex: Vertex { id, position }, points: 1, retracted: 0, life: Life::New };
+        let slot = match self.free.pop() {
+            Some(slot) => {
+                places[slot as usize] = place;
+                slot
+            }
+            None => {
+                places.push(place);
+                (places.len() - 1) as Slot
+            }
+        };
+        vacant.insert(slot);
+        self.next_id += 1;
+        self.vertices += 1;
+        self.order.push((id, slot));
+        self.touched.push(slot);
+        Ok(slot)
+    }
+
+    /// One point less in a slot.
+    fn leave(&mut self, slot: Slot) {
+        let place = &mut self.places[slot as usize];
+        place.points -= 1;
+        self.points -= 1;
+        if place.points > 0 {
+            return;
+        }
+        if place.life == Life::New {
+            // Nobody has seen it: its slot is free at once, so that memory stays bounded without commits too.
+            self.vacate(slot);
+            self.free.push(slot);
+            self.sweep_order();
+        } else {
+            self.touched.push(slot);
+        }
+        self.sweep_touched();
+    }
+
+    /// Forgets slots noted twice once they are the most of the list.
+    fn sweep_touched(&mut self) {
+        if self.touched.len() > 2 * self.places.len() + 1024 {
+            self.touched.sort_unstable();
+            self.touched.dedup();
+        }
+    }
+
+    /// Lets go of what has left the window by now.
+    fn expire(&mut self) {
+        match self.window {
+            Window::Points(limit) => {
+                while self.points > limit.get() {
+                    let Some(arrival) = self.queue.pop() else { return };
+                    self.forget(arrival);
+                }
+            }
+            Window::Time(_) => {
+                if let Some(newest) = self.newest_time {
+                    self.expire_below(self.window_start(newest));
+                }
+            }
+            Window::All | Window::Frames(_) => {}
+        }
+    }
+
+    fn expire_below(&mut self, limit: f64) {
+        while let Some(arrival) = self.queue.pop_below(limit) {
+            self.forget(arrival);
+        }
+    }
+
+    /// An arrival has left the window: its point goes, unless it was retracted before.
+    fn forget(&mut self, arrival: Arrival) {
+        let place = &mut self.places[arrival.slot as usize];
+        if place.vertex.id != arrival.vertex {
+            return;
+        }
+        if place.retracted > 0 {
+            place.retracted -= 1;
+        } else {
+            self.leave(arrival.slot);
+        }
+    }
+
+    /// Drops the arrivals of retracted points once they are the most of the queue, so that it stays bounded by the window.
+    fn sweep_queue(&mut self) {
+        if (self.queue.len() as u64) < 2 * self.points + 1024 {
+            return;
+        }
+        let places = &mut self.places;
+        self.queue.retain(|arrival| {
+            let place = &mut places[arrival.slot as usize];
+            if place.vertex.id != arrival.vertex {
+                return false;
+            }
+            let retracted = place.retracted > 0;
+            place.retracted -= u32::from(retracted);
+            !retracted
+        });
+    }
+
+    /// Drops vanished vertices from the order of ids once they are the most of it.
+    fn sweep_order(&mut self) {
+        if self.order.len() < 2 * self.vertices + 1024 {
+            return;
+        }
+        let places = &self.places;
+        self.order.retain(|&(id, slot)| {
+            let place = &places[slot as usize];
+            place.vertex.id == id && place.life != Life::Free
+        });
+    }
+
+    /// Panics when the cloud contradicts itself. For tests.
+    #[doc(hidden)]
+    pub fn check_invariants(&self) {
+        let used = || self.places.iter().filter(|place| place.life != Life::Free);
+        assert_eq!(used().count(), self.vertices);
+        assert_eq!(self.by_position.len(), self.vertices);
+        assert_eq!(used().map(|place| place.points).sum::<u64>(), self.points);
+        assert!(self.order.is_sorted_by_key(|&(id, _)| id));
+        assert!(self.order.len() <= 2 * self.vertices + 1024 + self.touched.len());
+        if self.window != Window::All {
+            assert!(self.queue.len() as u64 >= self.points);
+        }
+    }
+}
+
+/// Mixes both coordinates; positions of a grid differ in few bits, and all of them must count.
+#[inline]
+fn hash(position: Position) -> u64 {
+    let [x, y] = position.xy().map(f64::to_bits);
+    let mixed = x.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ y.rotate_left(32).wrapping_mul(0xD6E8_FEB8_6659_FD93);
+    let mixed = (mixed ^ (mixed >> 32)).wrapping_mul(0xFF51_AFD7_ED55_8CCD);
+    mixed ^ (mixed >> 29)
+}

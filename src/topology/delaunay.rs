@@ -1,0 +1,250 @@
+//! The dynamic Delaunay triangulation of the cloud; the one file that imports `spade`.
+//!
+//! In: a [`Cloud`] and what its last commit changed. Out: a [`Mesh`]. Invariants: the sites are the cloud's vertices as of the
+//! last change applied; `spade` never sees a duplicate, nor a cloud that lies on one line (there it would take
+//! O(n log n) an insertion): such a cloud is kept as a sorted path until a point leaves the line. No handle of `spade`
+//! leaves this file. Must not know: scales, ids of vertices.
+
+use std::collections::BTreeMap;
+
+use spade::handles::FixedVertexHandle;
+use spade::{DelaunayTriangulation, HasPosition, LastUsedVertexHintGenerator, Point2, Triangulation};
+
+use super::cloud::{Cloud, CloudChange, Slot};
+use super::geometry::are_collinear;
+use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
+use super::position::Position;
+
+/// A change of more than one in so many of the cloud's vertices is loaded in bulk (measured: they break even at about a quarter).
+const BULK_SHARE: usize = 4;
+
+/// A removal takes time as the square of the vertex' degree, about 1/400 of what bulk loading takes for one vertex.
+const SQUARED_DEGREE_PER_BULK_VERTEX: usize = 400;
+
+#[derive(Clone, Copy, Debug)]
+struct Site {
+    position: Position,
+    slot: Slot,
+}
+
+impl HasPosition for Site {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        Point2::new(self.position.x(), self.position.y())
+    }
+}
+
+// Batches are sorted along a curve that fills the plane, so the last vertex used is the best hint, and it costs no memory.
+type Spade = DelaunayTriangulation<Site, (), (), (), LastUsedVertexHintGenerator>;
+
+#[derive(Clone, Debug)]
+enum Shape {
+    /// All sites on one line, in order along it.
+    Line(BTreeMap<Position, Slot>),
+    /// At least one triangle.
+    Plane(Spade),
+}
+
+/// How a change was applied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Update {
+    /// Vertex by vertex.
+    Stepwise,
+    /// By building the triangulation anew.
+    Bulk,
+}
+
+/// The Delaunay triangulation of a cloud, kept up to date.
+#[derive(Clone, Debug)]
+pub struct Delaunay {
+    shape: Shape,
+    /// Of each slot: its vertex in the triangulation (meaningless on a line).
+    handles: Vec<u32>,
+}
+
+impl Default for Delaunay {
+    fn default() -> Self {
+        Self { shape: Shape::Line(BTreeMap::new()), handles: Vec::new() }
+    }
+}
+
+impl Delaunay {
+    /// Follows the cloud from its commit before to its last one.
+    pub fn apply(&mut self, cloud: &Cloud, change: &CloudChange) -> Update {
+        self.handles.resize(cloud.slot_count(), 0);
+        let changed = change.appeared.len() + change.vanished.len();
+        if changed * BULK_SHARE > cloud.vertex_count() || !self.step(cloud, change) {
+            self.rebuild(cloud);
+            Update::Bulk
+        } else {
+            Update::Stepwise
+        }
+    }
+
+    /// Number of sites.
+    pub fn site_count(&self) -> usize {
+        match &self.shape {
+            Shape::Line(path) => path.len(),
+            Shape::Plane(spade) => spade.num_vertices(),
+        }
+    }
+
+    /// Applies a change vertex by vertex; false when it has to be done in bulk after all (the triangulation is then half changed).
+    fn step(&mut self, cloud: &Cloud, change: &CloudChange) -> bool {
+        match &mut self.shape {
+            Shape::Line(path) => step_on_line(path, cloud, change),
+            Shape::Plane(spade) => step_in_plane(spade, &mut self.handles, cloud, change),
+        }
+    }
+
+    fn rebuild(&mut self, cloud: &Cloud) {
+        let mut sites = Vec::with_capacity(cloud.vertex_count());
+        sites.extend(cloud.vertices().map(|(slot, vertex)| Site { position: vertex.position, slot }));
+        if lies_on_a_line(sites.iter().map(|site| site.position)) {
+            self.shape = Shape::Line(sites.iter().map(|site| (site.position, site.slot)).collect());
+            return;
+        }
+        // A new triangulation even where the old one could be cleared: spade's `clear` leaves a stale hull behind.
+        let spade = Spade::bulk_load(sites).expect("positions are inside the limits, which are spade's");
+        for vertex in spade.vertices() {
+            self.handles[vertex.data().slot as usize] = vertex.index() as u32;
+        }
+        self.shape = Shape::Plane(spade);
+    }
+
+    /// The triangulation as flat arrays.
+    pub fn mesh(&self) -> Mesh {
+        match &self.shape {
+            Shape::Line(path) => mesh_of_path(path),
+            Shape::Plane(spade) => mesh_of_plane(spade),
+        }
+    }
+
+    /// Panics when the triangulation contradicts itself or the cloud. For tests.
+    #[doc(hidden)]
+    pub fn check_invariants(&self, cloud: &Cloud) {
+        assert_eq!(self.site_count(), cloud.vertex_count());
+        match &self.shape {
+            Shape::Line(path) => {
+                assert!(lies_on_a_line(path.keys().copied()));
+                assert!(cloud.vertices().all(|(slot, vertex)| path[&vertex.position] == slot));
+            }
+            Shape::Plane(spade) => {
+                assert!(!spade.all_vertices_on_line());
+                for (slot, vertex) in cloud.vertices() {
+                    let handle = FixedVertexHandle::from_index(self.handles[slot as usize] as usize);
+                    let site = *spade.vertex(handle).data();
+                    assert_eq!((site.slot, site.position), (slot, vertex.position));
+                }
+            }
+        }
+    }
+}
+
+fn lies_on_a_line(mut positions: impl Iterator<Item = Position>) -> bool {
+    let (Some(first), Some(second)) = (positions.next(), positions.next()) else { return true };
+    positions.all(|position| are_collinear(first, second, position))
+}
+
+fn step_on_line(path: &mut BTreeMap<Position, Slot>, cloud: &Cloud, change: &CloudChange) -> bool {
+    for &slot in &change.vanished {
+        path.remove(&cloud.position(slot));
+    }
+    let stayed = path.first_key_value().zip(path.last_key_value()).map(|((&first, _), (&last, _))| (first, last));
+    for &slot in &change.appeared {
+        path.insert(cloud.position(slot), slot);
+    }
+    match stayed {
+        Some((first, last)) if first < last => {
+            change.appeared.iter().all(|&slot| are_collinear(first, last, cloud.position(slot)))
+        }
+        _ => lies_on_a_line(path.keys().copied()),
+    }
+}
+
+fn step_in_plane(spade: &mut Spade, handles: &mut [u32], cloud: &Cloud, change: &CloudChange) -> bool {
+    // Insertions first: the cloud then meets a line only if it ends on one.
+    for slot in along_curve(cloud, &change.appeared) {
+        let site = Site { position: cloud.position(slot), slot };
+        let handle = spade.insert(site).expect("positions are inside the limits, which are spade's");
+        handles[slot as usize] = handle.index() as u32;
+    }
+    let mut budget = SQUARED_DEGREE_PER_BULK_VERTEX * cloud.vertex_count();
+    for slot in along_curve(cloud, &change.vanished) {
+        let handle = FixedVertexHandle::from_index(handles[slot as usize] as usize);
+        let degree = spade.vertex(handle).out_edges().count();
+        let Some(left) = budget.checked_sub(degree * degree) else { return false };
+        budget = left;
+        remove(spade, handles, handle);
+        if spade.all_vertices_on_line() {
+            return false;
+        }
+    }
+    true
+}
+
+fn remove(spade: &mut Spade, handles: &mut [u32], handle: FixedVertexHandle) {
+    spade.remove(handle);
+    // spade moves its last vertex into the gap.
+    if let Some(moved) = spade.get_vertex(handle) {
+        handles[moved.data().slot as usize] = handle.index() as u32;
+    }
+}
+
+/// The slots, ordered so that neighbours in the order are near in the plane (Morton order in the batch's bounding box).
+fn along_curve(cloud: &Cloud, slots: &[Slot]) -> Vec<Slot> {
+    let xy = |slot: Slot| cloud.position(slot).xy();
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for p in slots.iter().map(|&slot| xy(slot)) {
+        for axis in 0..2 {
+            low[axis] = low[axis].min(p[axis]);
+            high[axis] = high[axis].max(p[axis]);
+        }
+    }
+    // A box of no width gives NaN, which the cast makes 0.
+    let cell = |v: f64, axis: usize| ((v - low[axis]) / (high[axis] - low[axis]) * f64::from(u16::MAX)) as u16;
+    let mut keyed: Vec<(u32, Slot)> = slots.iter().map(|&slot| {
+        let [x, y] = xy(slot);
+        (interleave(cell(x, 0)) | interleave(cell(y, 1)) << 1, slot)
+    }).collect();
+    keyed.sort_unstable();
+    keyed.into_iter().map(|(_, slot)| slot).collect()
+}
+
+/// The bits of `v` at even places.
+fn interleave(v: u16) -> u32 {
+    let mut bits = u32::from(v);
+    for (shift, mask) in [(8, 0x00FF_00FF), (4, 0x0F0F_0F0F), (2, 0x3333_3333), (1, 0x5555_5555)] {
+        bits = (bits | bits << shift) & mask;
+    }
+    bits
+}
+
+fn mesh_of_path(path: &BTreeMap<Position, Slot>) -> Mesh {
+    let mut mesh = Mesh::with_capacity(path.len(), path.len().saturating_sub(1), 1);
+    for (&position, &slot) in path {
+        mesh.push_site(position, slot);
+    }
+    for right in 1..path.len() as u32 {
+        mesh.push_edge(MeshEdge { ends: [right - 1, right], faces: [OUTER_FACE; 2] });
+    }
+    mesh
+}
+
+fn mesh_of_plane(spade: &Spade) -> Mesh {
+    let mut mesh = Mesh::with_capacity(spade.num_vertices(), spade.num_undirected_edges(), spade.num_all_faces());
+    for vertex in spade.vertices() {
+        let site = vertex.data();
+        mesh.push_site(site.position, site.slot);
+    }
+    for edge in spade.undirected_edges() {
+        // Both directions of an edge lie side by side in memory; nothing else is read.
+        let (there, back) = (edge.as_directed(), edge.as_directed().rev());
+        mesh.push_edge(MeshEdge {
+            ends: [there.from(), back.from()].map(|vertex| vertex.index() as u32),
+            faces: [there.face(), back.face()].map(|face| face.index() as u32),
+        });
+    }
+    mesh
+}

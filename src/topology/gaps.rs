@@ -1,0 +1,180 @@
+//! The widest gaps of a persistence diagram, and the subdiagrams they cut out: DS_k, ds_k, VS_{k,l}, vs_{k,l}.
+//!
+//! In: the dots of a [`Skeleton`]. Out: ranked gaps, [`Selection`]s. Invariants: values within 1e-12 of the largest death are one
+//! line, widths within it are equal; of equal widths the lower (or left) gap counts as wider; a rank beyond the number of gaps
+//! means the last one. Must not know: edges, views.
+//!
+//! V. Kurlin 2015, Definitions 10 and 12 (with ds_k the upper side of the gap), margins of Propositions 11 and 13.
+
+use std::num::NonZeroU32;
+
+use super::skeleton::{Dot, Skeleton};
+
+/// Share of the largest death below which two values, or two widths, are equal.
+pub const TOLERANCE: f64 = 1e-12;
+
+/// An empty strip of the diagram between two neighbouring values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// Its lower (or left) side.
+    pub low: f64,
+    /// Its upper (or right) side; +infinity for the strip right of all births.
+    pub high: f64,
+}
+
+impl Gap {
+    /// How wide it is.
+    pub fn width(&self) -> f64 {
+        self.high - self.low
+    }
+}
+
+/// What the k-th diagonal and the l-th vertical gap select.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    /// The k widest diagonal gaps, the widest first (all of them, if there are fewer).
+    pub diagonal: Vec<Gap>,
+    /// The l widest vertical gaps of DS_k, the widest first (all of them, if there are fewer).
+    pub vertical: Vec<Gap>,
+    /// ds_k: the smallest persistence in DS_k; none without dots.
+    pub ds: Option<f64>,
+    /// vs_{k,l}: +infinity without dots.
+    pub vs: f64,
+    /// Size of DS_k, which is a prefix of the dots.
+    pub ds_count: usize,
+    /// Places of VS_{k,l} among the dots, in order.
+    pub vs_dots: Vec<u32>,
+    /// How far the choice is from another one.
+    pub margins: Margins,
+}
+
+/// How much noise (as a bound on the perturbation of every point) leaves a selection as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Margins {
+    /// (|dgap_k| - |dgap_{k+1}|) / 8, Proposition 11; a gap that is not there has width 0. None without dots.
+    pub diagonal: Option<f64>,
+    /// (|vgap_{k,l}| - |vgap_{k,l+1}|) / 4, Proposition 13; +infinity for l = 1. None without dots.
+    pub vertical: Option<f64>,
+}
+
+/// All diagonal gaps of a diagram, the widest first.
+pub fn diagonal_gaps(skeleton: &Skeleton) -> Vec<Gap> {
+    ranked(diagonal_strips(skeleton), usize::MAX, tolerance(skeleton))
+}
+
+/// All vertical gaps of DS_k, the widest first; the strip right of all births is the first.
+pub fn vertical_gaps(skeleton: &Skeleton, k: NonZeroU32) -> Vec<Gap> {
+    let (_, ds) = subdiagram(skeleton, k);
+    ranked(vertical_strips(ds, tolerance(skeleton)), usize::MAX, tolerance(skeleton))
+}
+
+/// Selects by the k widest diagonal gaps and the l widest vertical ones.
+pub fn select(skeleton: &Skeleton, k: NonZeroU32, l: NonZeroU32) -> Selection {
+    let tolerance = tolerance(skeleton);
+    let (mut diagonal, dots) = subdiagram(skeleton, k);
+    let mut vertical = ranked(vertical_strips(dots, tolerance), l.get() as usize + 1, tolerance);
+    let margins = Margins { diagonal: margin(&diagonal, k, 8.0), vertical: margin(&vertical, l, 4.0) };
+    diagonal.truncate(k.get() as usize);
+    vertical.truncate(l.get() as usize);
+    let vs = vertical.iter().map(|gap| gap.low).fold(f64::INFINITY, f64::min);
+    let in_vs = |&index: &u32| dots[index as usize].birth <= vs;
+    Selection {
+        ds: lowest(&diagonal).map(|gap| gap.high),
+        vs,
+        ds_count: dots.len(),
+        vs_dots: (0..dots.len() as u32).filter(in_vs).collect(),
+        margins,
+        diagonal,
+        vertical,
+    }
+}
+
+/// The k + 1 widest diagonal gaps, and DS_k: the dots above the lowest of the first k.
+fn subdiagram(skeleton: &Skeleton, k: NonZeroU32) -> (Vec<Gap>, &[Dot]) {
+    let k = k.get() as usize;
+    let gaps = ranked(diagonal_strips(skeleton), k + 1, tolerance(skeleton));
+    let ds = lowest(&gaps[..k.min(gaps.len())]).map_or(f64::INFINITY, |gap| gap.high);
+    let count = skeleton.dots().partition_point(|dot| dot.persistence() >= ds);
+    (gaps, &skeleton.dots()[..count])
+}
+
+fn tolerance(skeleton: &Skeleton) -> f64 {
+    TOLERANCE * skeleton.largest_death()
+}
+
+fn lowest(gaps: &[Gap]) -> Option<&Gap> {
+    gaps.iter().min_by(|a, b| a.low.total_cmp(&b.low))
+}
+
+fn margin(gaps: &[Gap], rank: NonZeroU32, share: f64) -> Option<f64> {
+    let last = gaps.len().checked_sub(1)?;
+    let chosen = (rank.get() as usize - 1).min(last);
+    let next = gaps.get(chosen + 1).map_or(0.0, Gap::width);
+    Some((gaps[chosen].width() - next) / share)
+}
+
+/// Strips between neighbouring persistences, from the diagonal up.
+fn diagonal_strips(skeleton: &Skeleton) -> Vec<Gap> {
+    let ascending = skeleton.dots().iter().rev().map(Dot::persistence);
+    let mut gaps = Vec::with_capacity(skeleton.dots().len());
+    let mut below = 0.0;
+    for (low, high) in lines(ascending, tolerance(skeleton)) {
+        gaps.push(Gap { low: below, high: low });
+        below = high;
+    }
+    gaps
+}
+
+/// Strips between neighbouring births, and the one right of them all.
+fn vertical_strips(dots: &[Dot], tolerance: f64) -> Vec<Gap> {
+    let mut births: Vec<f64> = dots.iter().map(|dot| dot.birth).collect();
+    births.sort_unstable_by(f64::total_cmp);
+    let mut gaps: Vec<Gap> = Vec::new();
+    for (low, high) in lines(births.into_iter(), tolerance) {
+        if let Some(left) = gaps.last_mut() {
+            left.high = low;
+        }
+        gaps.push(Gap { low: high, high: f64::INFINITY });
+    }
+    gaps
+}
+
+/// Ascending values as lines: the first and last value of every run whose steps are within the tolerance.
+fn lines(values: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Item = (f64, f64)> {
+    let mut values = values.peekable();
+    std::iter::from_fn(move || {
+        let low = values.next()?;
+        let mut high = low;
+        while let Some(next) = values.next_if(|next| next - high <= tolerance) {
+            high = next;
+        }
+        Some((low, high))
+    })
+}
+
+/// The `count` widest gaps (given from low to high), the widest first; of equal widths the lower is the wider.
+fn ranked(mut gaps: Vec<Gap>, count: usize, tolerance: f64) -> Vec<Gap> {
+    keep_widest(&mut gaps, count, tolerance);
+    gaps.sort_by(|a, b| b.width().total_cmp(&a.width()));
+    let mut first = 0;
+    while first < gaps.len() {
+        let widest = gaps[first].width();
+        let same = |gap: &&Gap| gap.width() == widest || widest - gap.width() <= tolerance;
+        let last = first + gaps[first..].iter().take_while(same).count();
+        gaps[first..last].sort_by(|a, b| a.low.total_cmp(&b.low));
+        first = last;
+    }
+    gaps.truncate(count);
+    gaps
+}
+
+/// Drops, in linear time, gaps that cannot be among the `count` widest.
+fn keep_widest(gaps: &mut Vec<Gap>, count: usize, tolerance: f64) {
+    if count >= gaps.len() {
+        return;
+    }
+    let mut widths: Vec<f64> = gaps.iter().map(Gap::width).collect();
+    let (_, &mut limit, _) = widths.select_nth_unstable_by(count, |a, b| b.total_cmp(a));
+    // Equals of the last one wanted must stay for the tie to be broken; an infinite limit keeps infinite widths.
+    gaps.retain(|gap| gap.width() >= limit - 2.0 * tolerance);
+}

@@ -1,0 +1,261 @@
+//! Measures and exact tests of points, pairs and triangles.
+//!
+//! In: positions. Out: squared half-lengths, circumcircles right to a few units in the last place, and the exact signs
+//! of orientation, angle and in-circle tests. Invariants: every result depends on the positions alone, not on the order in
+//! which they are handed over, and not on which triangulation asks. Must not know: indices, meshes.
+//!
+//! The filters and expansions follow J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust
+//! Geometric Predicates", Discrete & Computational Geometry 18, 1997, sections 2 and 4.
+
+use std::cmp::Ordering;
+
+use super::position::Position;
+
+/// Error bound of a sum of two products of two differences, relative to the sum of the products' magnitudes
+/// (Shewchuk's bound A of the orientation test, which has the same shape).
+const PRODUCT_SUM_ERROR: f64 = (3.0 + 8.0 * f64::EPSILON) * (f64::EPSILON / 2.0);
+
+/// Share of its two products below which a cross product is taken exactly: above it, rounding costs under 4e-13.
+const CANCELLATION: f64 = 1e-3;
+
+/// A circle of the plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Circle {
+    /// The centre; may overflow to infinities for needle-thin triangles.
+    pub center: [f64; 2],
+    /// The radius, squared; +infinity when it overflows.
+    pub radius_squared: f64,
+}
+
+impl Circle {
+    /// The radius.
+    pub fn radius(&self) -> f64 {
+        self.radius_squared.sqrt()
+    }
+}
+
+/// A quarter of the squared distance of `a` and `b`: the squared scale at which a Gabriel edge enters.
+#[inline]
+pub fn half_length_squared(a: Position, b: Position) -> f64 {
+    let (dx, dy) = (a.x() - b.x(), a.y() - b.y());
+    (dx * dx + dy * dy) * 0.25
+}
+
+/// Distance of `a` and `b`.
+pub fn distance(a: Position, b: Position) -> f64 {
+    2.0 * half_length_squared(a, b).sqrt()
+}
+
+/// Exact: how the angle a-apex-b compares with a right angle: `Greater` when acute, `Equal` when right, `Less` when obtuse.
+///
+/// This is the sign of a scalar product, hence the sense.
+#[inline]
+pub fn acuteness(a: Position, apex: Position, b: Position) -> Ordering {
+    let xx = (a.x() - apex.x()) * (b.x() - apex.x());
+    let yy = (a.y() - apex.y()) * (b.y() - apex.y());
+    let dot = xx + yy;
+    let sure = dot.abs() > PRODUCT_SUM_ERROR * (xx.abs() + yy.abs());
+    let dot = if sure { dot } else { exact_dot(a, apex, b) };
+    dot.partial_cmp(&0.0).unwrap_or(Ordering::Equal)
+}
+
+/// Whether `p` and `q`, on either side of the line through `a` and `b`, may lie on one circle with them. Quick; never wrong
+/// when it says no.
+///
+/// They do when the angles at `p` and `q` sum to two right ones, that is, when their cotangents cancel.
+#[inline]
+pub fn may_be_cocircular(a: Position, b: Position, p: Position, q: Position) -> bool {
+    let [left, right] = [p, q].map(|apex| {
+        let (ax, ay) = (a.x() - apex.x(), a.y() - apex.y());
+        let (bx, by) = (b.x() - apex.x(), b.y() - apex.y());
+        let dot = [ax * bx, ay * by];
+        let cross = [ax * by, -(ay * bx)];
+        [dot[0] + dot[1], dot[0].abs() + dot[1].abs(), (cross[0] + cross[1]).abs(), cross[0].abs() + cross[1].abs()]
+    });
+    let [dot, dot_bound, cross, cross_bound] = left;
+    let [other_dot, other_dot_bound, other_cross, other_cross_bound] = right;
+    let cancels = dot * other_cross + other_dot * cross;
+    cancels.abs() <= 1e-14 * (dot_bound * other_cross_bound + other_dot_bound * cross_bound)
+}
+
+/// Exact: whether `a`, `b` and `c` lie on one line.
+pub fn are_collinear(a: Position, b: Position, c: Position) -> bool {
+    orientation(a, b, c) == Ordering::Equal
+}
+
+/// Exact: `Greater` when a, b, c turn counter-clockwise, `Less` when clockwise, `Equal` when on one line.
+pub fn orientation(a: Position, b: Position, c: Position) -> Ordering {
+    robust::orient2d(coord(a), coord(b), coord(c)).partial_cmp(&0.0).unwrap_or(Ordering::Equal)
+}
+
+/// Exact: whether the four points lie on one circle. The first three must not be collinear.
+pub fn are_cocircular(a: Position, b: Position, c: Position, d: Position) -> bool {
+    robust::incircle(coord(a), coord(b), coord(c), coord(d)) == 0.0
+}
+
+/// Circumcircle of three points in increasing order that are not on one line.
+///
+/// The triangle is measured from the vertex of its largest angle, where differences cancel least; a sliver's doubled area
+/// is taken exactly, since rounding would leave nothing of it.
+pub fn circumcircle(corners: [Position; 3]) -> Circle {
+    debug_assert!(corners.is_sorted());
+    let [origin, p, q] = from_largest_angle(corners);
+    let (px, py) = (p.x() - origin.x(), p.y() - origin.y());
+    let (qx, qy) = (q.x() - origin.x(), q.y() - origin.y());
+    let (pp, qq) = (px * px + py * py, qx * qx + qy * qy);
+    let opposite = 4.0 * half_length_squared(p, q);
+    let (left, right) = (px * qy, py * qx);
+    let mut cross = left - right;
+    if cross.abs() < CANCELLATION * (left.abs() + right.abs()) {
+        cross = exact_cross(origin, p, q);
+    }
+    let (ux, uy) = (qy * pp - py * qq, px * qq - qx * pp);
+    Circle {
+        center: [origin.x() + 0.5 * (ux / cross), origin.y() + 0.5 * (uy / cross)],
+        radius_squared: (pp / cross) * (qq / cross) * opposite * 0.25,
+    }
+}
+
+/// The corners with the one opposite the longest side first (the first such, if sides tie).
+fn from_largest_angle([a, b, c]: [Position; 3]) -> [Position; 3] {
+    let (bc, ac, ab) = (half_length_squared(b, c), half_length_squared(a, c), half_length_squared(a, b));
+    if bc >= ac && bc >= ab {
+        [a, b, c]
+    } else if ac >= ab {
+        [b, a, c]
+    } else {
+        [c, a, b]
+    }
+}
+
+fn coord(p: Position) -> robust::Coord<f64> {
+    robust::Coord { x: p.x(), y: p.y() }
+}
+
+/// (a - apex) . (b - apex), its sign exact.
+#[cold]
+fn exact_dot(a: Position, apex: Position, b: Position) -> f64 {
+    let mut sum = Expansion::default();
+    sum.add_product(two_diff(a.x(), apex.x()), two_diff(b.x(), apex.x()));
+    sum.add_product(two_diff(a.y(), apex.y()), two_diff(b.y(), apex.y()));
+    sum.value()
+}
+
+/// (p - origin) x (q - origin), right to the last bits.
+#[cold]
+fn exact_cross(origin: Position, p: Position, q: Position) -> f64 {
+    let mut sum = Expansion::default();
+    sum.add_product(two_diff(p.x(), origin.x()), two_diff(q.y(), origin.y()));
+    sum.add_product(two_diff(origin.y(), p.y()), two_diff(q.x(), origin.x()));
+    sum.value()
+}
+
+/// a - b as a rounded value and its error.
+fn two_diff(a: f64, b: f64) -> [f64; 2] {
+    let x = a - b;
+    let virtual_b = a - x;
+    let virtual_a = x + virtual_b;
+    [x, (a - virtual_a) + (virtual_b - b)]
+}
+
+/// a + b as a rounded value and its error.
+fn two_sum(a: f64, b: f64) -> [f64; 2] {
+    let x = a + b;
+    let virtual_b = x - a;
+    let virtual_a = x - virtual_b;
+    [x, (a - virtual_a) + (b - virtual_b)]
+}
+
+/// A sum of doubles kept without rounding: components of increasing magnitude that do not overlap.
+#[derive(Default)]
+struct Expansion {
+    components: [f64; 16],
+    len: usize,
+}
+
+impl Expansion {
+    /// Adds one double exactly, at the price of one more component.
+    fn add(&mut self, term: f64) {
+        let mut carry = term;
+        for component in &mut self.components[..self.len] {
+            [carry, *component] = two_sum(carry, *component);
+        }
+        self.components[self.len] = carry;
+        self.len += 1;
+    }
+
+    /// Adds the product of two exact differences: four products, each a value and its error.
+    fn add_product(&mut self, a: [f64; 2], b: [f64; 2]) {
+        for x in a {
+            for y in b {
+                let product = x * y;
+                self.add(x.mul_add(y, -product));
+                self.add(product);
+            }
+        }
+    }
+
+    /// The sum, rounded once in effect: components are added from the smallest.
+    fn value(&self) -> f64 {
+        self.components[..self.len].iter().sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: f64, y: f64) -> Position {
+        Position::new(x, y).unwrap()
+    }
+
+    #[test]
+    fn right_angles_are_not_acute_however_small_or_far() {
+        for (scale, offset) in [(1.0, 0.0), (2f64.powi(-100), 0.0), (1.0, 1e8), (2f64.powi(180), 0.0)] {
+            let p = |x: f64, y: f64| at(x * scale + offset, y * scale + offset);
+            assert_eq!(acuteness(p(3.0, 0.0), p(0.0, 0.0), p(0.0, 7.0)), Ordering::Equal, "{scale} {offset}");
+            assert_eq!(acuteness(p(3.0, 4.0), p(0.0, 0.0), p(-4.0, 3.0)), Ordering::Equal, "{scale} {offset}");
+        }
+    }
+
+    #[test]
+    fn the_last_bit_decides_an_angle() {
+        let tiny = f64::EPSILON;
+        assert_eq!(acuteness(at(1.0 + tiny, 1.0), at(0.0, 0.0), at(1.0, -1.0)), Ordering::Greater);
+        assert_eq!(acuteness(at(1.0 - tiny, 1.0), at(0.0, 0.0), at(1.0, -1.0)), Ordering::Less);
+    }
+
+    #[test]
+    fn circumradius_of_a_sliver_is_right() {
+        // Height h over a base of 2: R = (1 + h^2) / (2 h), here far from the origin where differences are exact.
+        for h in [1e-3, 2f64.powi(-30), 2f64.powi(-50)] {
+            let r = circumcircle([at(-1.0, 0.0), at(0.0, h), at(1.0, 0.0)]).radius();
+            let want = (1.0 + h * h) / (2.0 * h);
+            assert!((r / want - 1.0).abs() < 1e-14, "{h}: {r} {want}");
+        }
+    }
+
+    #[test]
+    fn circumcircle_of_a_needle_is_right() {
+        // Apex far away: the angle there is tiny, the two at the base nearly right.
+        let c = circumcircle([at(-1e6, 0.0), at(0.0, -0.25), at(0.0, 0.25)]);
+        let want = (1e12 + 0.0625) / 2e6;
+        assert!((c.radius() / want - 1.0).abs() < 1e-15);
+        assert!((c.center[0] + 1e6 - want).abs() < 1e-9 && c.center[1].abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_radius_that_overflows_is_infinite() {
+        let c = circumcircle([at(0.0, 0.0), at(2f64.powi(200), 2f64.powi(-142)), at(2f64.powi(201), 0.0)]);
+        assert_eq!(c.radius_squared, f64::INFINITY);
+    }
+
+    #[test]
+    fn cocircular_and_collinear_are_exact() {
+        let on = [at(0.0, 5.0), at(3.0, 4.0), at(-4.0, 3.0), at(5.0, 0.0)];
+        assert!(are_cocircular(on[0], on[1], on[2], on[3]));
+        assert!(!are_cocircular(on[0], on[1], on[2], at(5.0, f64::EPSILON)));
+        assert!(are_collinear(at(0.0, 0.0), at(1.0, 3.0), at(2.0, 6.0)));
+        assert!(!are_collinear(at(0.0, 0.0), at(1.0, 3.0), at(2.0, 6.0 + 4.0 * f64::EPSILON)));
+    }
+}

@@ -1,0 +1,124 @@
+//! A Delaunay triangulation as flat arrays: what the filtration reads.
+//!
+//! In: sites, edges and the faces beside them, from [`super::delaunay`]. Out: [`Mesh`], whose indices mean nothing outside
+//! it. Invariants: face 0 is the outer face; every edge names its two ends and the faces left and right of it; on a cloud
+//! of fewer than three sites, or all on one line, face 0 is the only face and the edges are the path along the line. Must
+//! not know: the triangulation library, scales.
+
+use super::cloud::Slot;
+use super::position::Position;
+
+/// The outer face of every [`Mesh`].
+pub const OUTER_FACE: u32 = 0;
+
+/// An undirected Delaunay edge.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshEdge {
+    /// Its two sites.
+    pub ends: [u32; 2],
+    /// The face on its left (seen from `ends[0]` to `ends[1]`) and the one on its right.
+    pub faces: [u32; 2],
+}
+
+/// What names a triangle: the sum of its corners and one of its edges, which together give the three corners.
+///
+/// Both can be filled while streaming over the edges, which a list of corners cannot.
+#[derive(Clone, Copy, Debug, Default)]
+struct Face {
+    corner_sum: u32,
+    edge: u32,
+}
+
+/// A Delaunay triangulation as flat arrays.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    positions: Vec<Position>,
+    slots: Vec<Slot>,
+    edges: Vec<MeshEdge>,
+    faces: Vec<Face>,
+}
+
+impl Mesh {
+    /// An empty mesh that expects so many sites and faces (the outer face among them).
+    pub fn with_capacity(sites: usize, edges: usize, faces: usize) -> Self {
+        Self {
+            positions: Vec::with_capacity(sites),
+            slots: Vec::with_capacity(sites),
+            edges: Vec::with_capacity(edges),
+            faces: vec![Face::default(); faces.max(1)],
+        }
+    }
+
+    /// Adds a site; sites are numbered as they come.
+    #[inline]
+    pub fn push_site(&mut self, position: Position, slot: Slot) {
+        self.positions.push(position);
+        self.slots.push(slot);
+    }
+
+    /// Adds an edge between two sites, with the faces left and right of it.
+    #[inline]
+    pub fn push_edge(&mut self, edge: MeshEdge) {
+        let index = self.edges.len() as u32;
+        for (end, face) in edge.ends.into_iter().zip(edge.faces) {
+            // Each corner of a triangle is the origin of exactly one of the three directed edges around it.
+            let face = &mut self.faces[face as usize];
+            face.corner_sum = face.corner_sum.wrapping_add(end);
+            face.edge = index;
+        }
+        self.edges.push(edge);
+    }
+
+    /// Positions of the sites.
+    #[inline]
+    pub fn positions(&self) -> &[Position] {
+        &self.positions
+    }
+
+    /// Where the cloud keeps each site.
+    #[inline]
+    pub fn slots(&self) -> &[Slot] {
+        &self.slots
+    }
+
+    /// All edges.
+    #[inline]
+    pub fn edges(&self) -> &[MeshEdge] {
+        &self.edges
+    }
+
+    /// Number of faces, the outer face among them.
+    #[inline]
+    pub fn face_count(&self) -> usize {
+        self.faces.len()
+    }
+
+    /// Position of a site.
+    #[inline]
+    pub fn position(&self, site: u32) -> Position {
+        self.positions[site as usize]
+    }
+
+    /// The corner of triangle `face` that is not an end of `edge`, one of its three edges.
+    #[inline]
+    pub fn opposite(&self, face: u32, edge: &MeshEdge) -> u32 {
+        let [a, b] = edge.ends;
+        self.faces[face as usize].corner_sum.wrapping_sub(a).wrapping_sub(b)
+    }
+
+    /// The three corners of a triangle, by position.
+    pub fn corners(&self, face: u32) -> [u32; 3] {
+        debug_assert_ne!(face, OUTER_FACE);
+        let edge = &self.edges[self.faces[face as usize].edge as usize];
+        let mut corners = [edge.ends[0], edge.ends[1], self.opposite(face, edge)];
+        corners.sort_unstable_by_key(|&site| self.position(site));
+        corners
+    }
+
+    /// The ends of an edge, the smaller position first.
+    #[inline]
+    pub fn ordered_ends(&self, edge: u32) -> [Position; 2] {
+        let [a, b] = self.edges[edge as usize].ends.map(|site| self.position(site));
+        if a < b { [a, b] } else { [b, a] }
+    }
+}

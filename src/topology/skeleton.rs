@@ -1,0 +1,192 @@
+//! HoPeS(C): the minimum spanning tree of the cloud and its critical edges with their labels.
+//!
+//! In: the vertices of a cloud (by id) and a [`Mesh`] of them. Out: a [`Skeleton`], the whole answer for one frame, from which every
+//! view is cut. Invariants: it depends on the cloud alone (ids name vertices and order the lists, nothing else); tree edges
+//! are in order of their ends; dots are by persistence, largest first, equal ones by their edges; every dot's
+//! persistence exceeds 1e-12 of its death. Must not know: parameters of views, streams.
+//!
+//! V. Kurlin, "A one-dimensional homologically persistent skeleton of an unstructured point cloud in any metric space",
+//! Computer Graphics Forum 34(5), 2015, Definition 7; scales are radii.
+
+use std::cmp::Ordering;
+
+use super::basins::{Basins, OUTER_BASIN};
+use super::cloud::Vertex;
+use super::filtration::Filtration;
+use super::geometry::{circumcircle, distance, half_length_squared};
+use super::mesh::Mesh;
+use super::reduction::{Link, Pair, TotalOrder, reduce};
+
+/// A dot whose persistence is at most this share of its death is rounding, not topology.
+pub const DIAGONAL: f64 = 1e-12;
+
+/// An edge of a skeleton: indices of its ends in [`Skeleton::vertices`], the smaller first.
+pub type Edge = [u32; 2];
+
+/// A point of the 1-dimensional persistence diagram, with the critical edge and the hole that it labels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dot {
+    /// The scale at which the cycle is born: half the length of the critical edge.
+    pub birth: f64,
+    /// The scale at which the hole is filled.
+    pub death: f64,
+    /// The critical edge.
+    pub edge: Edge,
+    /// The triangle whose filling kills the dot, by position.
+    pub triangle: [u32; 3],
+}
+
+impl Dot {
+    /// Death minus birth.
+    #[inline]
+    pub fn persistence(&self) -> f64 {
+        self.death - self.birth
+    }
+}
+
+/// Where a dot's hole is: the last of it to be filled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hole {
+    /// The point that is filled last.
+    pub center: [f64; 2],
+    /// The scale at which it is filled: the dot's death.
+    pub radius: f64,
+}
+
+/// The homologically persistent skeleton of a cloud.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Skeleton {
+    vertices: Vec<Vertex>,
+    tree: Vec<Edge>,
+    dots: Vec<Dot>,
+}
+
+impl Skeleton {
+    /// Computes the skeleton of `vertices`, which are in order of id; `rank[slot]` is the place in them of the site that the mesh
+    /// has from that slot.
+    pub fn new(vertices: Vec<Vertex>, rank: &[u32], mesh: &Mesh) -> Self {
+        let filtration = Filtration::new(mesh);
+        let basins = Basins::new(mesh, &filtration);
+        let links = dual_links(mesh, &filtration, &basins);
+        drop(filtration);
+        let reduction = reduce(&Dual { mesh, basins: &basins }, basins.all().len(), links);
+        let rank_of = |site: u32| rank[mesh.slots()[site as usize] as usize];
+        let edge_of = |edge: u32| {
+            let [a, b] = mesh.edges()[edge as usize].ends.map(rank_of);
+            [a.min(b), a.max(b)]
+        };
+        let mut tree: Vec<Edge> = reduction.tree.iter().map(|&edge| edge_of(edge)).collect();
+        tree.sort_unstable();
+        let dots = reduction.pairs.iter().filter_map(|&pair| {
+            let (birth, death) = label(mesh, &basins, pair)?;
+            let triangle = basins.all()[pair.death as usize].triangle.map(rank_of);
+            Some(Dot { birth, death, edge: edge_of(pair.edge), triangle })
+        });
+        Self { vertices, tree, dots: by_persistence(dots.collect()) }
+    }
+
+    /// The vertices of the cloud, by id.
+    pub fn vertices(&self) -> &[Vertex] {
+        &self.vertices
+    }
+
+    /// Edges of the minimum spanning tree, in order.
+    pub fn tree(&self) -> &[Edge] {
+        &self.tree
+    }
+
+    /// Dots of the persistence diagram with their critical edges, the most persistent first.
+    pub fn dots(&self) -> &[Dot] {
+        &self.dots
+    }
+
+    /// The largest death; 0 without dots.
+    pub fn largest_death(&self) -> f64 {
+        self.dots.iter().map(|dot| dot.death).fold(0.0, f64::max)
+    }
+
+    /// The hole of a dot: circumcentre and circumradius of the triangle whose filling kills it.
+    pub fn hole(&self, dot: &Dot) -> Hole {
+        let circle = circumcircle(dot.triangle.map(|v| self.vertices[v as usize].position));
+        Hole { center: circle.center, radius: dot.death }
+    }
+
+    /// Length of an edge.
+    pub fn length(&self, edge: Edge) -> f64 {
+        let [a, b] = edge.map(|v| self.vertices[v as usize].position);
+        distance(a, b)
+    }
+
+    /// The scale at which an edge of the skeleton enters: half its length.
+    #[inline]
+    pub fn half_length(&self, edge: Edge) -> f64 {
+        let [a, b] = edge.map(|v| self.vertices[v as usize].position);
+        half_length_squared(a, b).sqrt()
+    }
+
+    /// Length of the minimum spanning tree.
+    pub fn tree_length(&self) -> f64 {
+        compensated_sum(self.tree.iter().map(|&edge| self.length(edge)))
+    }
+}
+
+/// Gabriel edges as links between the basins beside them.
+fn dual_links(mesh: &Mesh, filtration: &Filtration, basins: &Basins) -> Vec<Link> {
+    let link = |&edge: &u32| {
+        let at = &mesh.edges()[edge as usize];
+        let [a, b] = at.ends.map(|site| mesh.position(site));
+        Link { scale: half_length_squared(a, b), ends: at.faces.map(|face| basins.of_face(face)), edge }
+    };
+    filtration.gabriel().iter().map(link).collect()
+}
+
+/// The label of a pair's critical edge, unless its dot is on the diagonal.
+fn label(mesh: &Mesh, basins: &Basins, pair: Pair) -> Option<(f64, f64)> {
+    let [a, b] = mesh.edges()[pair.edge as usize].ends.map(|site| mesh.position(site));
+    let birth = half_length_squared(a, b).sqrt();
+    let death = basins.all()[pair.death as usize].weight.sqrt();
+    (death - birth > DIAGONAL * death).then_some((birth, death))
+}
+
+fn by_persistence(dots: Vec<Dot>) -> Vec<Dot> {
+    // Positive doubles are in the order of their bits, so small keys can be sorted in place of large dots.
+    let mut keyed: Vec<(u64, u32)> =
+        dots.iter().enumerate().map(|(index, dot)| (!dot.persistence().to_bits(), index as u32)).collect();
+    let edge = |index: u32| dots[index as usize].edge;
+    keyed.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| edge(a.1).cmp(&edge(b.1))));
+    keyed.into_iter().map(|(_, index)| dots[index as usize]).collect()
+}
+
+/// A sum whose error does not grow with the number of terms (Neumaier).
+pub(super) fn compensated_sum(terms: impl Iterator<Item = f64>) -> f64 {
+    let (mut sum, mut lost) = (0.0_f64, 0.0);
+    for term in terms {
+        let next = sum + term;
+        lost += if sum.abs() >= term.abs() { (sum - next) + term } else { (term - next) + sum };
+        sum = next;
+    }
+    sum + lost
+}
+
+/// The dual graph's total order: equal scales are decided by the edges' ends, by position.
+struct Dual<'a> {
+    mesh: &'a Mesh,
+    basins: &'a Basins,
+}
+
+impl TotalOrder for Dual<'_> {
+    fn break_tie(&self, a: u32, b: u32) -> Ordering {
+        self.mesh.ordered_ends(a).cmp(&self.mesh.ordered_ends(b))
+    }
+
+    fn compare_nodes(&self, a: u32, b: u32) -> Ordering {
+        match (a == OUTER_BASIN, b == OUTER_BASIN) {
+            (false, false) => self.basins.compare(self.mesh, a, b),
+            (a_is_outer, b_is_outer) => a_is_outer.cmp(&b_is_outer),
+        }
+    }
+
+    fn is_open(&self, _: u32) -> bool {
+        false
+    }
+}
