@@ -1,31 +1,121 @@
-//! wip
+//! Times the library on one cloud: points in memory to all dots, the tree, HoPeS and HoPeS_{1,1}, on one thread.
+//!
+//! In: a file of little-endian doubles, x and y in turn. Out: one line of JSON on stdout, seconds per repetition: the whole, its
+//! stages, and `spade`'s own bulk load of the same cloud in the same run. `benches/peers.py` calls it.
+//!
+//! `cargo run --release --example library_pass -- cloud.bin --repeat 5`
+
 use std::time::Instant;
-use hopes::topology::*;
-use hopes::topology::{delaunay::Delaunay,cloud::Cloud,filtration::Filtration,basins::Basins};
-fn main(){
-    let f=std::env::args().nth(1).unwrap();
-    let b=std::fs::read(&f).unwrap();
-    let pts:Vec<[f64;2]>=b.chunks_exact(16).map(|c|[f64::from_le_bytes(c[..8].try_into().unwrap()),f64::from_le_bytes(c[8..].try_into().unwrap())]).collect();
-    for _ in 0..3 {
-        let t=Instant::now();
-        let mut p=Pipeline::new(Options::default());
-        p.feed_points(&pts,None); p.commit(None);
-        let t1=t.elapsed();
-        let fr=p.poll_frame().unwrap();
-        let t2=t.elapsed();
-        let v=fr.view(ViewSpec::default());
-        let t3=t.elapsed();
-        println!("n {} dots {} mst {} cycles {} | feed {:?} frame {:?} view {:?} total {:?}",fr.skeleton.vertices().len(),fr.skeleton.dots().len(),fr.skeleton.tree_length(),v.cycles,t1,t2-t1,t3-t2,t3);
-        drop(p); drop(fr);
-        let mut c=Cloud::new(Window::All,None); c.reserve(pts.len()); for q in &pts {c.insert(q[0],q[1],None).unwrap();}
-        let mut t=Instant::now(); let ch=c.commit();
-        let mut lap=|s:&str|{print!("{s} {:.1} ",t.elapsed().as_secs_f64()*1e3); t=Instant::now();};
-        lap("commit");
-        let mut d=Delaunay::default(); d.apply(&c,&ch); lap("delaunay");
-        let m=d.mesh(); lap("mesh");
-        let fi=Filtration::new(&m); lap("filtration");
-        let ba=Basins::new(&m,&fi); lap("basins");
-        let mut rank=vec![0;c.slot_count()]; let mut vs=vec![]; for (s,v) in c.vertices(){rank[s as usize]=vs.len() as u32; vs.push(v);} lap("rank");
-        let s=Skeleton::new(vs,&rank,&m); lap("skeleton(all)"); println!("suspects {} basins {}",fi.suspects().len(), ba.all().len()); drop(s);
-    }
+
+use hopes::topology::stages::{Basins, Delaunay, Filtration};
+use hopes::topology::{Cloud, Options, Pipeline, Skeleton, ViewSpec, Window};
+use serde_json::json;
+use spade::{DelaunayTriangulation, Point2, Triangulation};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let file = arguments.next().ok_or("usage: library_pass FILE [--repeat N]")?;
+    let repeat: usize = match arguments.next().as_deref() {
+        Some("--repeat") => arguments.next().ok_or("--repeat needs a number")?.parse()?,
+        _ => 1,
+    };
+    let points = read(&std::fs::read(file)?);
+    let rounds: Vec<Round> = (0..repeat).map(|_| round(&points)).collect();
+    let column = |of: fn(&Round) -> f64| rounds.iter().map(of).collect::<Vec<f64>>();
+    let last = rounds.last().ok_or("--repeat must be at least 1")?;
+    println!(
+        "{}",
+        json!({
+            "points": last.skeleton.vertices().len(),
+            "dots": last.skeleton.dots().len(),
+            "clear_dots": last.skeleton.dots().iter().filter(|dot| dot.persistence() > 1e-9 * dot.death).count(),
+            "persistence_sum": last.skeleton.dots().iter().map(|dot| dot.persistence()).sum::<f64>(),
+            "mst_length": last.skeleton.tree_length(),
+            "seconds": column(|round| round.whole),
+            "bulk_seconds": column(|round| round.bare_spade),
+            "triangulation_seconds": column(|round| round.stages[1]),
+            "rest_seconds": column(|round| round.whole - round.stages[1]),
+            "stage_seconds": {
+                "cloud": column(|round| round.stages[0]),
+                "delaunay": column(|round| round.stages[1]),
+                "mesh": column(|round| round.stages[2]),
+                "filtration": column(|round| round.stages[3]),
+                "basins": column(|round| round.stages[4]),
+                "skeleton": column(|round| round.stages[5]),
+                "view": column(|round| round.stages[6]),
+            },
+            "peak_rss_bytes": peak_rss(),
+        })
+    );
+    Ok(())
+}
+
+fn read(bytes: &[u8]) -> Vec<[f64; 2]> {
+    let double = |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().expect("eight bytes"));
+    bytes.chunks_exact(16).map(|pair| [double(&pair[..8]), double(&pair[8..])]).collect()
+}
+
+struct Round {
+    whole: f64,
+    bare_spade: f64,
+    stages: [f64; 7],
+    skeleton: Skeleton,
+}
+
+fn round(points: &[[f64; 2]]) -> Round {
+    let (whole, _) = timed(|| {
+        let mut pipeline = Pipeline::new(Options::default());
+        pipeline.feed_points(points, None);
+        pipeline.commit(None);
+        let frame = pipeline.poll_frame().expect("a frame was committed");
+        let view = frame.view(ViewSpec::default());
+        (frame, view)
+    });
+    let sites: Vec<Point2<f64>> = points.iter().map(|&[x, y]| Point2::new(x, y)).collect();
+    let (bare_spade, _) = timed(|| DelaunayTriangulation::<Point2<f64>>::bulk_load(sites).expect("valid positions"));
+    let (stages, skeleton) = stages(points);
+    Round { whole, bare_spade, stages, skeleton }
+}
+
+/// The pipeline's stages one by one, as it runs them.
+fn stages(points: &[[f64; 2]]) -> ([f64; 7], Skeleton) {
+    let (cloud_seconds, (cloud, change)) = timed(|| {
+        let mut cloud = Cloud::new(Window::All, None);
+        cloud.reserve(points.len());
+        for &[x, y] in points {
+            cloud.insert(x, y, None).expect("valid positions");
+        }
+        let change = cloud.commit();
+        (cloud, change)
+    });
+    let mut delaunay = Delaunay::default();
+    let (delaunay_seconds, _) = timed(|| delaunay.apply(&cloud, &change));
+    let (mesh_seconds, mesh) = timed(|| delaunay.mesh());
+    let (filtration_seconds, filtration) = timed(|| Filtration::new(&mesh));
+    let (basins_seconds, basins) = timed(|| Basins::new(&mesh, &filtration));
+    let (skeleton_seconds, skeleton) = timed(|| Skeleton::new(&cloud, &mesh, &filtration, &basins));
+    let (view_seconds, _) = timed(|| hopes::topology::View::new(&skeleton, ViewSpec::default()));
+    let seconds = [
+        cloud_seconds,
+        delaunay_seconds,
+        mesh_seconds,
+        filtration_seconds,
+        basins_seconds,
+        skeleton_seconds,
+        view_seconds,
+    ];
+    (seconds, skeleton)
+}
+
+fn timed<T>(run: impl FnOnce() -> T) -> (f64, T) {
+    let start = Instant::now();
+    let result = run();
+    (start.elapsed().as_secs_f64(), result)
+}
+
+/// The process' high-water mark, where the system tells it.
+fn peak_rss() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix(" kB")?.parse::<u64>().ok()? * 1024)
 }

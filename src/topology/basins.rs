@@ -37,14 +37,13 @@ const UNKNOWN: u32 = u32::MAX;
 impl Basins {
     /// Follows the flow of every face to its end.
     pub fn new(mesh: &Mesh, filtration: &Filtration) -> Self {
-        let outer = Basin { weight: f64::INFINITY, triangle: [0; 3] };
-        let mut result = Self { basins: vec![outer], of_face: vec![UNKNOWN; mesh.face_count()] };
+        let mut result =
+            Self { basins: Vec::with_capacity(filtration.maxima().len() + 1), of_face: vec![UNKNOWN; mesh.face_count()] };
+        result.basins.push(Basin { weight: f64::INFINITY, triangle: [0; 3] });
         result.of_face[OUTER_FACE as usize] = OUTER_BASIN;
-        for face in 1..mesh.face_count() as u32 {
-            if filtration.is_maximum(face) {
-                result.of_face[face as usize] = result.basins.len() as u32;
-                result.basins.push(basin_of(mesh, mesh.corners(face)));
-            }
+        for maximum in filtration.maxima() {
+            result.of_face[maximum.face as usize] = result.basins.len() as u32;
+            result.basins.push(Basin { weight: maximum.radius_squared, triangle: maximum.triangle });
         }
         result.follow(filtration.flow());
         result.settle_cocircular(mesh, filtration);
@@ -73,15 +72,19 @@ impl Basins {
         let flow = filtration.flow();
         // (into, from), so that the tributaries of a face lie side by side.
         let mut tributaries: Vec<(u32, u32)> = (filtration.suspects().iter())
-            .map(|&from| (flow[from as usize], from))
-            .filter(|&(into, from)| on_one_circle(mesh, from, into))
+            .filter(|suspect| suspect.certain || on_one_circle(mesh, suspect.face, flow[suspect.face as usize]))
+            .map(|suspect| (flow[suspect.face as usize], suspect.face))
             .collect();
         tributaries.sort_unstable();
+        let mut sites = Vec::new();
         for group in tributaries.chunk_by(|a, b| a.0 == b.0) {
             let maximum = group[0].0;
             if filtration.is_maximum(maximum) {
-                let sites = sites_on_circle(mesh, &tributaries, maximum);
-                self.basins[self.of_face[maximum as usize] as usize] = basin_of(mesh, central_triangle(mesh, &sites));
+                collect_sites(mesh, &tributaries, maximum, &mut sites);
+                let triangle = central_triangle(mesh, &mut sites);
+                let circle = circumcircle(triangle.map(|site| mesh.position(site)));
+                let basin = self.of_face[maximum as usize] as usize;
+                self.basins[basin] = Basin { weight: circle.radius_squared, triangle };
             }
         }
     }
@@ -105,11 +108,6 @@ impl Basins {
     }
 }
 
-fn basin_of(mesh: &Mesh, triangle: [u32; 3]) -> Basin {
-    let circle = circumcircle(triangle.map(|site| mesh.position(site)));
-    Basin { weight: circle.radius_squared, triangle }
-}
-
 /// Exact: whether two neighbouring triangles have one circumcircle.
 fn on_one_circle(mesh: &Mesh, from: u32, into: u32) -> bool {
     let corners = mesh.corners(into);
@@ -118,34 +116,31 @@ fn on_one_circle(mesh: &Mesh, from: u32, into: u32) -> bool {
     are_cocircular(a, b, c, mesh.position(far))
 }
 
-/// All sites of the cocircular face around `maximum`, by position.
-fn sites_on_circle(mesh: &Mesh, tributaries: &[(u32, u32)], maximum: u32) -> Vec<u32> {
-    let mut sites = Vec::new();
+/// All sites of the cocircular face around `maximum`.
+fn collect_sites(mesh: &Mesh, tributaries: &[(u32, u32)], maximum: u32, sites: &mut Vec<u32>) {
+    sites.clear();
+    sites.extend(mesh.corners(maximum));
     let mut pending = vec![maximum];
     while let Some(face) = pending.pop() {
-        sites.extend(mesh.corners(face));
         let first = tributaries.partition_point(|&(into, _)| into < face);
-        let into_face = tributaries[first..].iter().take_while(|&&(into, _)| into == face);
-        pending.extend(into_face.map(|&(_, from)| from));
+        for &(_, from) in tributaries[first..].iter().take_while(|&&(into, _)| into == face) {
+            // Faces around a circle form a tree, so each brings one site more.
+            sites.extend(mesh.corners(from).into_iter().filter(|site| !mesh.corners(face).contains(site)));
+            pending.push(from);
+        }
     }
-    sites.sort_unstable_by_key(|&site| mesh.position(site));
-    sites.dedup();
-    sites
 }
 
-/// Of the fan of triangles around the first of the sites on a circle: the one that holds the centre (the later one by
+/// Of the fan of triangles around the smallest of the sites on a circle: the one that holds the centre (the later one by
 /// position, if the centre is on the border of two).
-fn central_triangle(mesh: &Mesh, sites: &[u32]) -> [u32; 3] {
+fn central_triangle(mesh: &Mesh, sites: &mut [u32]) -> [u32; 3] {
     let at = |site: u32| mesh.position(site);
-    let apex = sites[0];
-    let mut around = sites[1..].to_vec();
+    let smallest = (0..sites.len()).min_by_key(|&index| at(sites[index])).unwrap_or(0);
+    sites.swap(0, smallest);
+    let (&mut apex, around) = sites.split_first_mut().expect("a triangle has corners");
     // The apex is the smallest, so all others lie within half a turn around it.
     around.sort_unstable_by(|&a, &b| orientation(at(apex), at(b), at(a)));
-    let fan = around.windows(2).map(|pair| {
-        let mut triangle = [apex, pair[0], pair[1]];
-        triangle.sort_unstable_by_key(|&site| at(site));
-        triangle
-    });
+    let fan = around.windows(2).map(|pair| mesh.by_position([apex, pair[0], pair[1]]));
     fan.filter(|triangle| !is_obtuse(triangle.map(at)))
         .max_by_key(|triangle| triangle.map(at))
         .expect("a maximum holds the centre of its circle, and a fan leaves no gap")

@@ -1,8 +1,8 @@
 //! The alpha filtration of a Delaunay triangulation, and its gradient flow.
 //!
-//! In: a [`Mesh`]. Out: the scale at which each simplex enters, which edges are Gabriel, and to where each triangle flows.
-//! A triangle with an obtuse or right angle enters at the very scale of the edge opposite to it (the edge is
-//! "attached"), so the two cancel: the triangle flows across that edge. Flows end in triangles that hold their own
+//! In: a [`Mesh`]. Out: the scale at which each simplex enters, which edges are Gabriel, to where each triangle flows, and the local maxima
+//! where flows end. A triangle with an obtuse or right angle enters at the very scale of the edge opposite to it (the
+//! edge is "attached"), so the two cancel: the triangle flows across that edge. Flows end in triangles that hold their own
 //! circumcentre, the local maxima of the filtration, or in the outer face; so a dot is born at a Gabriel edge and dies at a
 //! local maximum, and nothing else is left to reduce. Invariants: Gabriel or attached is decided by exact signs; a scale is the
 //! minimum over the faces beside an edge, so no edge enters after a triangle of its own. Must not know: dots, skeletons.
@@ -14,27 +14,53 @@ use std::cmp::Ordering;
 use super::geometry::{Circle, acuteness, circumcircle, half_length_squared, may_be_cocircular};
 use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
 
+/// A triangle that holds its own circumcentre: a local maximum of the filtration.
+#[derive(Clone, Copy, Debug)]
+pub struct Maximum {
+    /// The face.
+    pub face: u32,
+    /// Its corners, by position.
+    pub triangle: [u32; 3],
+    /// Its circumradius, squared.
+    pub radius_squared: f64,
+}
+
+/// A triangle that may share its circle with the triangle that it flows to.
+#[derive(Clone, Copy, Debug)]
+pub struct Suspect {
+    /// The triangle.
+    pub face: u32,
+    /// Whether it does for sure: both have a right angle over their common edge.
+    pub certain: bool,
+}
+
 /// The alpha filtration of a mesh, as far as it is worth storing.
 #[derive(Clone, Debug)]
 pub struct Filtration {
-    /// Of each face: the face across its attached edge, or itself at a local maximum.
     flow: Vec<u32>,
-    /// Gabriel edges, in order.
     gabriel: Vec<u32>,
-    /// Triangles that may share their circle with the one that they flow to.
-    suspects: Vec<u32>,
+    maxima: Vec<Maximum>,
+    suspects: Vec<Suspect>,
 }
 
 impl Filtration {
     /// Classifies every edge and triangle of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
+        let edges = mesh.edges();
         let mut filtration = Self {
             flow: (0..mesh.face_count() as u32).collect(),
-            gabriel: Vec::with_capacity(mesh.edges().len() / 4 * 3),
+            gabriel: Vec::with_capacity(edges.len() / 4 * 3),
+            maxima: Vec::with_capacity(mesh.face_count() / 2),
             suspects: Vec::new(),
         };
-        for (index, edge) in mesh.edges().iter().enumerate() {
+        for (index, edge) in edges.iter().enumerate() {
             filtration.classify(mesh, index as u32, edge);
+            for face in edge.faces {
+                // With the last of its edges all angles of a triangle are known, and its corners are at hand.
+                if mesh.last_edge(face) == index as u32 && face != OUTER_FACE && filtration.is_maximum(face) {
+                    filtration.push_maximum(mesh, face, edge);
+                }
+            }
         }
         filtration
     }
@@ -42,7 +68,8 @@ impl Filtration {
     #[inline]
     fn classify(&mut self, mesh: &Mesh, index: u32, edge: &MeshEdge) {
         let [left, right] = edge.faces;
-        let (from, into) = match [left, right].map(|face| is_attached_to(mesh, face, edge)) {
+        let attached = [left, right].map(|face| is_attached_to(mesh, face, edge));
+        let (from, into) = match attached {
             [false, false] => return self.gabriel.push(index),
             [true, false] => (left, right),
             [false, true] => (right, left),
@@ -50,13 +77,22 @@ impl Filtration {
             [true, true] => (left.max(right), left.min(right)),
         };
         self.flow[from as usize] = into;
-        if into != OUTER_FACE {
-            let [a, b] = edge.ends.map(|site| mesh.position(site));
-            let [p, q] = [from, into].map(|face| mesh.position(mesh.opposite(face, edge)));
-            if may_be_cocircular(a, b, p, q) {
-                self.suspects.push(from);
-            }
+        if into == OUTER_FACE {
+            return;
         }
+        let certain = attached == [true, true];
+        let [a, b] = edge.ends.map(|site| mesh.position(site));
+        let [p, q] = [from, into].map(|face| mesh.position(mesh.opposite(face, edge)));
+        if certain || may_be_cocircular(a, b, p, q) {
+            self.suspects.push(Suspect { face: from, certain });
+        }
+    }
+
+    #[inline]
+    fn push_maximum(&mut self, mesh: &Mesh, face: u32, edge: &MeshEdge) {
+        let triangle = mesh.by_position([edge.ends[0], edge.ends[1], mesh.opposite(face, edge)]);
+        let radius_squared = circumcircle(triangle.map(|site| mesh.position(site))).radius_squared;
+        self.maxima.push(Maximum { face, triangle, radius_squared });
     }
 
     /// Of each face: the face across its attached edge, or itself at a local maximum (and for the outer face).
@@ -69,8 +105,13 @@ impl Filtration {
         &self.gabriel
     }
 
+    /// The local maxima, but for the outer face.
+    pub fn maxima(&self) -> &[Maximum] {
+        &self.maxima
+    }
+
     /// Triangles that may lie on one circle with the triangle that they flow to; all others surely do not.
-    pub fn suspects(&self) -> &[u32] {
+    pub fn suspects(&self) -> &[Suspect] {
         &self.suspects
     }
 
@@ -95,10 +136,9 @@ impl Filtration {
 
     /// The scale (a radius) at which an edge enters.
     pub fn edge_scale(&self, mesh: &Mesh, edge: u32) -> f64 {
-        let edge_at = &mesh.edges()[edge as usize];
-        let faces = edge_at.faces.map(|face| self.face_scale(mesh, face));
-        let beside = faces[0].min(faces[1]);
-        let [a, b] = edge_at.ends.map(|site| mesh.position(site));
+        let at = &mesh.edges()[edge as usize];
+        let beside = at.faces.map(|face| self.face_scale(mesh, face)).into_iter().fold(f64::INFINITY, f64::min);
+        let [a, b] = at.ends.map(|site| mesh.position(site));
         if self.is_gabriel(edge) { half_length_squared(a, b).sqrt().min(beside) } else { beside }
     }
 

@@ -56,7 +56,12 @@ pub fn acuteness(a: Position, apex: Position, b: Position) -> Ordering {
     let dot = xx + yy;
     let sure = dot.abs() > PRODUCT_SUM_ERROR * (xx.abs() + yy.abs());
     let dot = if sure { dot } else { exact_dot(a, apex, b) };
-    dot.partial_cmp(&0.0).unwrap_or(Ordering::Equal)
+    sign(dot)
+}
+
+#[inline]
+fn sign(value: f64) -> Ordering {
+    (value > 0.0).cmp(&(value < 0.0))
 }
 
 /// Whether `p` and `q`, on either side of the line through `a` and `b`, may lie on one circle with them. Quick; never wrong
@@ -85,7 +90,7 @@ pub fn are_collinear(a: Position, b: Position, c: Position) -> bool {
 
 /// Exact: `Greater` when a, b, c turn counter-clockwise, `Less` when clockwise, `Equal` when on one line.
 pub fn orientation(a: Position, b: Position, c: Position) -> Ordering {
-    robust::orient2d(coord(a), coord(b), coord(c)).partial_cmp(&0.0).unwrap_or(Ordering::Equal)
+    sign(robust::orient2d(coord(a), coord(b), coord(c)))
 }
 
 /// Exact: whether the four points lie on one circle. The first three must not be collinear.
@@ -135,19 +140,39 @@ fn coord(p: Position) -> robust::Coord<f64> {
 /// (a - apex) . (b - apex), its sign exact.
 #[cold]
 fn exact_dot(a: Position, apex: Position, b: Position) -> f64 {
-    let mut sum = Expansion::default();
-    sum.add_product(two_diff(a.x(), apex.x()), two_diff(b.x(), apex.x()));
-    sum.add_product(two_diff(a.y(), apex.y()), two_diff(b.y(), apex.y()));
-    sum.value()
+    let [ax, ay] = [two_diff(a.x(), apex.x()), two_diff(a.y(), apex.y())];
+    let [bx, by] = [two_diff(b.x(), apex.x()), two_diff(b.y(), apex.y())];
+    exact_product_sum([ax, bx], [ay, by])
 }
 
 /// (p - origin) x (q - origin), right to the last bits.
 #[cold]
 fn exact_cross(origin: Position, p: Position, q: Position) -> f64 {
+    let [px, py] = [two_diff(p.x(), origin.x()), two_diff(origin.y(), p.y())];
+    let [qx, qy] = [two_diff(q.x(), origin.x()), two_diff(q.y(), origin.y())];
+    exact_product_sum([px, qy], [py, qx])
+}
+
+/// The sum of two products of exact differences, rounded once in effect.
+fn exact_product_sum(first: [[f64; 2]; 2], second: [[f64; 2]; 2]) -> f64 {
+    let exact_differences = [first, second].as_flattened().iter().all(|difference| difference[1] == 0.0);
+    if exact_differences {
+        // Pixels and other small integers end here: nothing at all was rounded.
+        let [left, right] = [first, second].map(|[a, b]| two_product(a[0], b[0]));
+        if left[1] == 0.0 && right[1] == 0.0 {
+            return left[0] + right[0];
+        }
+    }
     let mut sum = Expansion::default();
-    sum.add_product(two_diff(p.x(), origin.x()), two_diff(q.y(), origin.y()));
-    sum.add_product(two_diff(origin.y(), p.y()), two_diff(q.x(), origin.x()));
+    sum.add_product(first);
+    sum.add_product(second);
     sum.value()
+}
+
+/// a * b as a rounded value and its error.
+fn two_product(a: f64, b: f64) -> [f64; 2] {
+    let product = a * b;
+    [product, a.mul_add(b, -product)]
 }
 
 /// a - b as a rounded value and its error.
@@ -185,11 +210,11 @@ impl Expansion {
     }
 
     /// Adds the product of two exact differences: four products, each a value and its error.
-    fn add_product(&mut self, a: [f64; 2], b: [f64; 2]) {
+    fn add_product(&mut self, [a, b]: [[f64; 2]; 2]) {
         for x in a {
             for y in b {
-                let product = x * y;
-                self.add(x.mul_add(y, -product));
+                let [product, error] = two_product(x, y);
+                self.add(error);
                 self.add(product);
             }
         }

@@ -110,9 +110,27 @@ impl Mesh {
     pub fn corners(&self, face: u32) -> [u32; 3] {
         debug_assert_ne!(face, OUTER_FACE);
         let edge = &self.edges[self.faces[face as usize].edge as usize];
-        let mut corners = [edge.ends[0], edge.ends[1], self.opposite(face, edge)];
-        corners.sort_unstable_by_key(|&site| self.position(site));
-        corners
+        self.by_position([edge.ends[0], edge.ends[1], self.opposite(face, edge)])
+    }
+
+    /// The last of the three edges of a triangle (of all edges, for the outer face).
+    #[inline]
+    pub fn last_edge(&self, face: u32) -> u32 {
+        self.faces[face as usize].edge
+    }
+
+    /// Three sites in order of position.
+    #[inline]
+    pub fn by_position(&self, [mut a, mut b, mut c]: [u32; 3]) -> [u32; 3] {
+        let swap = |first: &mut u32, second: &mut u32| {
+            if self.position(*second) < self.position(*first) {
+                std::mem::swap(first, second);
+            }
+        };
+        swap(&mut a, &mut b);
+        swap(&mut b, &mut c);
+        swap(&mut a, &mut b);
+        [a, b, c]
     }
 
     /// The ends of an edge, the smaller position first.

@@ -14,3 +14,4 @@ pub mod reduction;
 pub mod skeleton;
 pub mod window;
 pub use cloud::*; pub use pipeline::*; pub use view::*; pub use skeleton::*; pub use window::Window;
+pub mod stages { pub use super::{basins::Basins, delaunay::Delaunay, filtration::Filtration}; }

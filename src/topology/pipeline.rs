@@ -5,8 +5,10 @@
 
 use std::sync::Arc;
 
-use super::cloud::{Cloud, CloudChange, Refusal, Slot, Vertex};
+use super::basins::Basins;
+use super::cloud::{Cloud, CloudChange, Refusal};
 use super::delaunay::Delaunay;
+use super::filtration::Filtration;
 use super::skeleton::Skeleton;
 use super::view::{View, ViewSpec};
 use super::window::Window;
@@ -126,13 +128,10 @@ impl Pipeline {
 
     fn compute(&mut self) -> Arc<Frame> {
         self.delaunay.apply(&self.cloud, &self.change);
-        let mut rank = vec![0; self.cloud.slot_count()];
-        let mut vertices: Vec<Vertex> = Vec::with_capacity(self.cloud.vertex_count());
-        for (slot, vertex) in self.cloud.vertices() {
-            rank[slot as usize] = vertices.len() as Slot;
-            vertices.push(vertex);
-        }
-        let skeleton = Skeleton::new(vertices, &rank, &self.delaunay.mesh());
+        let mesh = self.delaunay.mesh();
+        let filtration = Filtration::new(&mesh);
+        let basins = Basins::new(&mesh, &filtration);
+        let skeleton = Skeleton::new(&self.cloud, &mesh, &filtration, &basins);
         self.computed += 1;
         let frame = Arc::new(Frame { number: self.committed, time: self.time, points: self.cloud.point_count(), skeleton });
         self.newest = Some(Arc::clone(&frame));

@@ -134,7 +134,9 @@ impl PartialOrd for Position {
 impl Ord for Position {
     #[inline]
     fn cmp(&self, other: &Self) -> Ordering {
-        self.x.total_cmp(&other.x).then_with(|| self.y.total_cmp(&other.y))
+        // Neither NaN nor -0.0 is a coordinate, so plain comparisons are a total order, and quicker than `total_cmp`.
+        let by = |a: f64, b: f64| (a > b).cmp(&(a < b));
+        by(self.x, other.x).then_with(|| by(self.y, other.y))
     }
 }
 

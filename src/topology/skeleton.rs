@@ -11,7 +11,7 @@
 use std::cmp::Ordering;
 
 use super::basins::{Basins, OUTER_BASIN};
-use super::cloud::Vertex;
+use super::cloud::{Cloud, Vertex};
 use super::filtration::Filtration;
 use super::geometry::{circumcircle, distance, half_length_squared};
 use super::mesh::Mesh;
@@ -62,24 +62,20 @@ pub struct Skeleton {
 }
 
 impl Skeleton {
-    /// Computes the skeleton of `vertices`, which are in order of id; `rank[slot]` is the place in them of the site that the mesh
-    /// has from that slot.
-    pub fn new(vertices: Vec<Vertex>, rank: &[u32], mesh: &Mesh) -> Self {
-        let filtration = Filtration::new(mesh);
-        let basins = Basins::new(mesh, &filtration);
-        let links = dual_links(mesh, &filtration, &basins);
-        drop(filtration);
-        let reduction = reduce(&Dual { mesh, basins: &basins }, basins.all().len(), links);
-        let rank_of = |site: u32| rank[mesh.slots()[site as usize] as usize];
+    /// Computes the skeleton of a cloud's vertices as of its last commit, which are the sites of the mesh.
+    pub fn new(cloud: &Cloud, mesh: &Mesh, filtration: &Filtration, basins: &Basins) -> Self {
+        let links = dual_links(mesh, filtration, basins);
+        let reduction = reduce(&Dual { mesh, basins }, basins.all().len(), links);
+        let (vertices, rank) = ranked_vertices(cloud, mesh);
         let edge_of = |edge: u32| {
-            let [a, b] = mesh.edges()[edge as usize].ends.map(rank_of);
+            let [a, b] = mesh.edges()[edge as usize].ends.map(|site| rank[site as usize]);
             [a.min(b), a.max(b)]
         };
         let mut tree: Vec<Edge> = reduction.tree.iter().map(|&edge| edge_of(edge)).collect();
         tree.sort_unstable();
         let dots = reduction.pairs.iter().filter_map(|&pair| {
-            let (birth, death) = label(mesh, &basins, pair)?;
-            let triangle = basins.all()[pair.death as usize].triangle.map(rank_of);
+            let (birth, death) = label(mesh, basins, pair)?;
+            let triangle = basins.all()[pair.death as usize].triangle.map(|site| rank[site as usize]);
             Some(Dot { birth, death, edge: edge_of(pair.edge), triangle })
         });
         Self { vertices, tree, dots: by_persistence(dots.collect()) }
@@ -128,6 +124,18 @@ impl Skeleton {
     pub fn tree_length(&self) -> f64 {
         compensated_sum(self.tree.iter().map(|&edge| self.length(edge)))
     }
+}
+
+/// The vertices by id, and of each site of the mesh its place among them.
+fn ranked_vertices(cloud: &Cloud, mesh: &Mesh) -> (Vec<Vertex>, Vec<u32>) {
+    let mut vertices = Vec::with_capacity(cloud.vertex_count());
+    let mut rank_of_slot = vec![0; cloud.slot_count()];
+    for (slot, vertex) in cloud.vertices() {
+        rank_of_slot[slot as usize] = vertices.len() as u32;
+        vertices.push(vertex);
+    }
+    let rank = mesh.slots().iter().map(|&slot| rank_of_slot[slot as usize]).collect();
+    (vertices, rank)
 }
 
 /// Gabriel edges as links between the basins beside them.

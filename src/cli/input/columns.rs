@@ -1,0 +1,246 @@
+//! Which columns of a table hold the coordinates, and the event time if there is one.
+//!
+//! In: a choice such as `1,2`, `lon,lat` or `2,3,1`. Out: [`Columns`], and once the header is known
+//! the [`Places`] of the chosen columns.
+//!
+//! Invariant: x and y are never the same choice, so a line that yields both has two columns.
+//!
+//! Must not know: how a line is split.
+
+use std::str::FromStr;
+
+/// The columns of a table that are read; all others are ignored.
+///
+/// Parsed from two entries, x and y, or three, x, y and the event time, separated by commas. An
+/// entry is a number counted from 1 or the name of a column in the header line; in double quotes it
+/// is always a name. The default is `1,2`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Columns {
+    x: Column,
+    y: Column,
+    time: Option<Column>,
+}
+
+/// One chosen column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Column {
+    /// Counted from 0.
+    Place(usize),
+    Name(String),
+}
+
+/// Where the chosen columns are, counted from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Places {
+    pub(super) x: usize,
+    pub(super) y: usize,
+    pub(super) time: Option<usize>,
+}
+
+/// A choice of columns that cannot be understood.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ColumnsError {
+    /// Not two or three entries.
+    #[error("{found} column(s) chosen: choose two, x,y, or three, x,y,t")]
+    Count {
+        /// How many entries there are.
+        found: usize,
+    },
+    /// An entry without content.
+    #[error("entry {entry} is empty: write the number or the name of a column")]
+    Empty {
+        /// The entry, counted from 1.
+        entry: usize,
+    },
+    /// An entry is a number, but not that of a column.
+    #[error("{number} is not a column: count columns from 1, or put a name in double quotes")]
+    NotAColumn {
+        /// The entry.
+        number: String,
+    },
+    /// Both coordinates would come from one column.
+    #[error("x and y are the same column: choose two different ones")]
+    Same,
+}
+
+impl Default for Columns {
+    fn default() -> Self {
+        Self {
+            x: Column::Place(0),
+            y: Column::Place(1),
+            time: None,
+        }
+    }
+}
+
+impl FromStr for Columns {
+    type Err = ColumnsError;
+
+    fn from_str(choice: &str) -> Result<Self, ColumnsError> {
+        let mut entries = choice
+            .split(',')
+            .zip(1..)
+            .map(|(text, entry)| column(text, entry));
+        let (Some(x), Some(y), time, None) = (
+            entries.next(),
+            entries.next(),
+            entries.next(),
+            entries.next(),
+        ) else {
+            return Err(ColumnsError::Count {
+                found: choice.split(',').count(),
+            });
+        };
+        let columns = Self {
+            x: x?,
+            y: y?,
+            time: time.transpose()?,
+        };
+        if columns.x == columns.y {
+            Err(ColumnsError::Same)
+        } else {
+            Ok(columns)
+        }
+    }
+}
+
+fn column(text: &str, entry: usize) -> Result<Column, ColumnsError> {
+    let text = text.trim();
+    let quoted = text
+        .strip_prefix('"')
+        .and_then(|text| text.strip_suffix('"'));
+    let name = quoted.unwrap_or(text).trim();
+    if name.is_empty() {
+        return Err(ColumnsError::Empty { entry });
+    }
+    match text.parse::<usize>() {
+        Ok(number @ 1..) => Ok(Column::Place(number - 1)),
+        // `nan` and `inf` are names; `-1`, `0` and `1.5` are slips.
+        _ if text.parse::<f64>().is_ok() && text.ends_with(|c: char| c.is_ascii_digit()) => {
+            Err(ColumnsError::NotAColumn {
+                number: text.to_owned(),
+            })
+        }
+        _ => Ok(Column::Name(name.to_owned())),
+    }
+}
+
+impl Columns {
+    /// The places of the chosen columns, if all are chosen by number.
+    pub(super) fn places(&self) -> Option<Places> {
+        self.find(|_| None).ok()
+    }
+
+    /// The places of the chosen columns, where `header` knows the place of a name; or the first
+    /// name it does not know. Names are compared exactly.
+    pub(super) fn find(
+        &self,
+        mut header: impl FnMut(&str) -> Option<usize>,
+    ) -> Result<Places, &str> {
+        Ok(Places {
+            x: self.x.find(&mut header)?,
+            y: self.y.find(&mut header)?,
+            time: self
+                .time
+                .as_ref()
+                .map(|time| time.find(&mut header))
+                .transpose()?,
+        })
+    }
+}
+
+impl Column {
+    fn find(&self, header: &mut impl FnMut(&str) -> Option<usize>) -> Result<usize, &str> {
+        match self {
+            Self::Place(place) => Ok(*place),
+            Self::Name(name) => header(name).ok_or(name),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn name(name: &str) -> Column {
+        Column::Name(name.to_owned())
+    }
+
+    #[test]
+    fn numbers_and_names_are_told_apart() {
+        let cases = [
+            ("1,2", Column::Place(0), Column::Place(1), None),
+            (" 3 , 4 ", Column::Place(2), Column::Place(3), None),
+            (
+                "2,1,3",
+                Column::Place(1),
+                Column::Place(0),
+                Some(Column::Place(2)),
+            ),
+            (
+                "1,2,1",
+                Column::Place(0),
+                Column::Place(1),
+                Some(Column::Place(0)),
+            ),
+            ("lon,lat", name("lon"), name("lat"), None),
+            (
+                "x,2,time stamp",
+                name("x"),
+                Column::Place(1),
+                Some(name("time stamp")),
+            ),
+            ("\"2020\",\"2021\"", name("2020"), name("2021"), None),
+            ("nan,2nd", name("nan"), name("2nd"), None),
+        ];
+        for (text, x, y, time) in cases {
+            assert_eq!(text.parse(), Ok(Columns { x, y, time }), "{text}");
+        }
+        assert_eq!("1,2".parse(), Ok(Columns::default()));
+    }
+
+    #[test]
+    fn what_is_malformed_is_refused() {
+        let number = |number: &str| ColumnsError::NotAColumn {
+            number: number.to_owned(),
+        };
+        let cases = [
+            ("", ColumnsError::Count { found: 1 }),
+            ("1", ColumnsError::Count { found: 1 }),
+            ("1,2,3,4", ColumnsError::Count { found: 4 }),
+            ("1,", ColumnsError::Empty { entry: 2 }),
+            (",2", ColumnsError::Empty { entry: 1 }),
+            ("1,2, ", ColumnsError::Empty { entry: 3 }),
+            ("\"\",2", ColumnsError::Empty { entry: 1 }),
+            ("0,1", number("0")),
+            ("1,-2", number("-2")),
+            ("1.5,2", number("1.5")),
+            (
+                "1,99999999999999999999999",
+                number("99999999999999999999999"),
+            ),
+            ("2,2", ColumnsError::Same),
+            ("lat,lat", ColumnsError::Same),
+        ];
+        for (text, error) in cases {
+            assert_eq!(text.parse::<Columns>(), Err(error), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn names_are_looked_up() {
+        let header = |name: &str| ["id", "lon", "lat"].iter().position(|known| *known == name);
+        let columns: Columns = "lon,lat,1".parse().unwrap();
+        assert_eq!(columns.places(), None);
+        assert_eq!(
+            columns.find(header),
+            Ok(Places {
+                x: 1,
+                y: 2,
+                time: Some(0)
+            })
+        );
+        let columns: Columns = "lon,alt".parse().unwrap();
+        assert_eq!(columns.find(header), Err("alt"));
+    }
+}

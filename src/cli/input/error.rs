@@ -1,0 +1,279 @@
+//! What can be wrong with the input, and how it is said.
+//!
+//! In: the place and the kind of a fault. Out: messages that name the line and the field and say
+//! what to do.
+//!
+//! Invariant: whatever of the input appears in a message has gone through [`Excerpt`], so that
+//! messages are short and printable.
+//!
+//! Must not know: how lines are parsed, or what a caller does about a bad one.
+
+use std::fmt;
+use std::io;
+
+use super::excerpt::Excerpt;
+use super::separator::Separator;
+
+/// The input cannot be read any further.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The source failed. Lines that had arrived whole have been handed on before.
+    #[error("line {line}: reading failed: {source}")]
+    Io {
+        /// The line that was being read.
+        line: u64,
+        /// What the source said.
+        source: io::Error,
+    },
+    /// A column was chosen by a name that the header does not have.
+    #[error(
+        "line {line}: no column is called \"{name}\" in the header {header}: \
+         choose names that are there, or number the columns from 1"
+    )]
+    UnknownColumn {
+        /// The line taken as the header: the first that is neither blank nor a comment.
+        line: u64,
+        /// The name that was asked for.
+        name: String,
+        /// The beginning of that line.
+        header: Excerpt,
+    },
+}
+
+/// A line that could not be read, and why. The lines after it are not affected.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BadLine {
+    /// The number of the line, counted from 1.
+    pub line: u64,
+    /// Where on the line the fault is, if it is not the line as a whole.
+    pub field: Option<Field>,
+    /// What is wrong.
+    pub reason: BadLineReason,
+}
+
+impl fmt::Display for BadLine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.field {
+            Some(field) => write!(f, "line {}, {field}: {}", self.line, self.reason),
+            None => write!(f, "line {}: {}", self.line, self.reason),
+        }
+    }
+}
+
+impl std::error::Error for BadLine {}
+
+/// A place on a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Field {
+    /// A column of a table, counted from 1.
+    Column(usize),
+    /// A byte of the line, counted from 1.
+    Byte(usize),
+    /// A member of a JSON object, or the element of `[x,y,t]` of that meaning.
+    Member(Member),
+    /// A point of a JSON list of points.
+    Listed {
+        /// The list: `points` or `retract`.
+        list: Member,
+        /// The point, counted from 1.
+        point: usize,
+        /// Its coordinate, unless the fault is in the point as a whole.
+        coordinate: Option<Member>,
+    },
+}
+
+impl fmt::Display for Field {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Column(number) => write!(f, "column {number}"),
+            Self::Byte(number) => write!(f, "byte {number}"),
+            Self::Member(member) => member.fmt(f),
+            Self::Listed {
+                list,
+                point,
+                coordinate,
+            } => {
+                write!(f, "{list}, point {point}")?;
+                coordinate.map_or(Ok(()), |coordinate| write!(f, ", {coordinate}"))
+            }
+        }
+    }
+}
+
+/// A member that a JSON line may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Member {
+    /// The first coordinate of a point.
+    X,
+    /// The second coordinate of a point.
+    Y,
+    /// The event time of points.
+    T,
+    /// A list of points to add.
+    Points,
+    /// A list of points to take back.
+    Retract,
+    /// The end of a frame.
+    Commit,
+    /// The time of a commit.
+    Time,
+}
+
+impl Member {
+    /// Every member, in the order of the variants.
+    pub(super) const ALL: [Self; 7] = [
+        Self::X,
+        Self::Y,
+        Self::T,
+        Self::Points,
+        Self::Retract,
+        Self::Commit,
+        Self::Time,
+    ];
+
+    /// Its name in a JSON object.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::T => "t",
+            Self::Points => "points",
+            Self::Retract => "retract",
+            Self::Commit => "commit",
+            Self::Time => "time",
+        }
+    }
+
+    /// The member of that name.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|member| member.name() == name)
+    }
+}
+
+impl fmt::Display for Member {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What is wrong with a line, or with the field named beside it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum BadLineReason {
+    /// The line has more bytes than allowed; they were skipped.
+    #[error("longer than {limit} bytes: split it, or raise the limit")]
+    TooLong {
+        /// The limit it exceeds.
+        limit: usize,
+    },
+    /// The line is not text.
+    #[error("not UTF-8 text: convert the input to UTF-8")]
+    NotUtf8,
+    /// A field of a table is not a number.
+    #[error("{found} is not a number: write one such as 1.5 or -2e-3")]
+    NotANumber {
+        /// The field.
+        found: Excerpt,
+    },
+    /// A field of a table is a number with a decimal comma.
+    #[error("{found} has a decimal comma: write a decimal point")]
+    DecimalComma {
+        /// The field.
+        found: Excerpt,
+    },
+    /// A field of a table is empty.
+    #[error("empty: write a number")]
+    EmptyColumn,
+    /// A line of a table has too few columns.
+    #[error(
+        "missing, split at {separator} the line has {columns} column(s): \
+         complete the line, or choose other columns"
+    )]
+    MissingColumn {
+        /// How many columns the line has.
+        columns: usize,
+        /// What separates them.
+        separator: Separator,
+    },
+    /// A JSON line is neither an array nor an object.
+    #[error("{found} is neither an array nor an object: write [x,y] or {{\"x\":0,\"y\":0}}")]
+    NotAnEntry {
+        /// The beginning of the line.
+        found: Excerpt,
+    },
+    /// A line is not valid JSON, or a value in it has the wrong shape.
+    #[error("{message}: correct the JSON")]
+    Json {
+        /// What the JSON parser says.
+        message: String,
+    },
+    /// A JSON value that must be a number is not one.
+    #[error("{found} is not a number: write one such as 1.5, without quotes")]
+    NotAJsonNumber {
+        /// The value, or its kind.
+        found: String,
+    },
+    /// A JSON array has a wrong number of elements.
+    #[error("{found} element(s): write {expected}")]
+    WrongLength {
+        /// How many there are.
+        found: usize,
+        /// What is allowed.
+        expected: &'static str,
+    },
+    /// A member of a JSON object is needed and not there.
+    #[error("missing: write both x and y")]
+    MissingMember,
+    /// A member of a JSON object is there twice.
+    #[error("written twice: write it once")]
+    Repeated,
+    /// `commit` has another value than `true`.
+    #[error("{found} is not true: write \"commit\":true, or leave the line out")]
+    NotTrue {
+        /// The value, or its kind.
+        found: String,
+    },
+    /// Members of a JSON object belong to different kinds of line.
+    #[error("stands beside {other}: write each on a line of its own")]
+    Conflict {
+        /// The other member.
+        other: Member,
+    },
+    /// A JSON object has no member that says what it is.
+    #[error("no x and y, points, retract or commit: write one of them")]
+    NothingKnown,
+}
+
+/// A fault on a line whose number the finder does not know.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Fault {
+    pub(super) field: Option<Field>,
+    pub(super) reason: BadLineReason,
+}
+
+impl Fault {
+    pub(super) fn of_line(reason: BadLineReason) -> Self {
+        Self {
+            field: None,
+            reason,
+        }
+    }
+
+    pub(super) fn at(field: Field, reason: BadLineReason) -> Self {
+        Self {
+            field: Some(field),
+            reason,
+        }
+    }
+
+    pub(super) fn of_member(member: Member, reason: BadLineReason) -> Self {
+        Self::at(Field::Member(member), reason)
+    }
+
+    pub(super) fn on_line(self, line: u64) -> BadLine {
+        BadLine {
+            line,
+            field: self.field,
+            reason: self.reason,
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! The values that a JSON line is made of, as serde reads them.
+//!
+//! In: a deserializer. Out: a [`Scalar`], a [`Row`] of them, or the [`Name`] of a member.
+//!
+//! Invariants: of a value that cannot be used only the kind is kept, or the beginning of a string;
+//! an error of a type here never quotes a string, which may be long.
+//!
+//! Must not know: which values a line needs.
+
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
+
+use super::error::Member;
+use super::excerpt::Excerpt;
+
+/// A JSON value where a number or a truth value is expected; any other is only named.
+#[derive(Debug, Default)]
+pub(super) enum Scalar {
+    #[default]
+    Null,
+    Bool(bool),
+    Number(f64),
+    Text(Excerpt),
+    Array,
+    Object,
+}
+
+impl fmt::Display for Scalar {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Null => f.write_str("null"),
+            Self::Bool(value) => value.fmt(f),
+            Self::Number(value) => value.fmt(f),
+            Self::Text(text) => text.fmt(f),
+            Self::Array => f.write_str("an array"),
+            Self::Object => f.write_str("an object"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Scalar {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        source.deserialize_any(ScalarVisitor)
+    }
+}
+
+struct ScalarVisitor;
+
+impl<'de> Visitor<'de> for ScalarVisitor {
+    type Value = Scalar;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a JSON value")
+    }
+
+    fn visit_unit<E>(self) -> Result<Scalar, E> {
+        Ok(Scalar::Null)
+    }
+
+    fn visit_bool<E>(self, value: bool) -> Result<Scalar, E> {
+        Ok(Scalar::Bool(value))
+    }
+
+    fn visit_f64<E>(self, value: f64) -> Result<Scalar, E> {
+        Ok(Scalar::Number(value))
+    }
+
+    fn visit_i64<E>(self, value: i64) -> Result<Scalar, E> {
+        Ok(Scalar::Number(value as f64))
+    }
+
+    fn visit_u64<E>(self, value: u64) -> Result<Scalar, E> {
+        Ok(Scalar::Number(value as f64))
+    }
+
+    fn visit_str<E>(self, text: &str) -> Result<Scalar, E> {
+        Ok(Scalar::Text(Excerpt::of(text.as_bytes())))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<Scalar, A::Error> {
+        while elements.next_element::<IgnoredAny>()?.is_some() {}
+        Ok(Scalar::Array)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut members: A) -> Result<Scalar, A::Error> {
+        while members.next_entry::<IgnoredAny, IgnoredAny>()?.is_some() {}
+        Ok(Scalar::Object)
+    }
+}
+
+/// An array that should hold coordinates: its first elements, and how many there are.
+#[derive(Debug)]
+pub(super) struct Row {
+    pub(super) elements: [Scalar; 3],
+    pub(super) length: usize,
+}
+
+impl<'de> Deserialize<'de> for Row {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        source.deserialize_any(RowVisitor)
+    }
+}
+
+struct RowVisitor;
+
+impl<'de> Visitor<'de> for RowVisitor {
+    type Value = Row;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a point [x,y]")
+    }
+
+    fn visit_str<E: Error>(self, _: &str) -> Result<Row, E> {
+        Err(a_string(&self))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut source: A) -> Result<Row, A::Error> {
+        let mut elements = <[Scalar; 3]>::default();
+        let mut length = 0;
+        while length < elements.len() {
+            let Some(element) = source.next_element()? else {
+                return Ok(Row { elements, length });
+            };
+            elements[length] = element;
+            length += 1;
+        }
+        while source.next_element::<IgnoredAny>()?.is_some() {
+            length += 1;
+        }
+        Ok(Row { elements, length })
+    }
+}
+
+/// A string where `expected` should be. The string itself, which may be long, is not quoted.
+pub(super) fn a_string<'de, E: Error>(expected: &impl Visitor<'de>) -> E {
+    E::invalid_type(Unexpected::Other("string"), expected)
+}
+
+/// The name of a member, if it is one of ours.
+pub(super) struct Name(pub(super) Option<Member>);
+
+impl<'de> Deserialize<'de> for Name {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        source.deserialize_identifier(NameVisitor)
+    }
+}
+
+struct NameVisitor;
+
+impl Visitor<'_> for NameVisitor {
+    type Value = Name;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a name")
+    }
+
+    fn visit_str<E>(self, name: &str) -> Result<Name, E> {
+        Ok(Name(Member::named(name)))
+    }
+}

@@ -1,0 +1,37 @@
+//! Input: from bytes to the parsed lines of a point stream.
+//!
+//! In: any [`std::io::Read`], a [`Format`], the [`Columns`] of a table and the [`Limits`].
+//! Out: one [`Record`] at a time, from a [`Reader`]: points, retractions, commits, blank lines, and
+//! lines that cannot be read, each with a message that names the line, the field and the remedy.
+//!
+//! Invariants: a bad line never stops the rest; memory is bounded by the longest line allowed; how
+//! the source cuts its bytes into reads changes nothing in what comes out; a line is handed on as
+//! soon as its line end has arrived.
+//!
+//! Must not know: what is done with the points. It does not refuse `nan`, close frames, count bad
+//! lines or print.
+//!
+//! Layers, each knowing only those before it: `excerpt` and `error` (how to say what is wrong),
+//! `format` and `columns` (what to expect), `lines` (bytes to lines), `separator` and `text` (a
+//! table's line to numbers), `json_values` and `jsonl` (a JSON line to numbers), `reader` (all of it together).
+
+mod columns;
+mod error;
+mod excerpt;
+mod format;
+mod json_values;
+mod jsonl;
+mod lines;
+mod reader;
+mod record;
+mod separator;
+mod text;
+
+#[cfg(test)]
+mod tests;
+
+pub use columns::Columns;
+pub use error::{BadLine, ReadError};
+pub use format::Format;
+pub use reader::{Limits, Reader};
+pub use record::Record;

@@ -1,0 +1,162 @@
+//! The reader: lines of either format, one record at a time.
+//!
+//! In: a source, its format, the columns of a table and the limits. Out: [`Record`]s, with the
+//! number of the line and of the bytes so far.
+//!
+//! Invariants: what every format shares is decided here and nowhere else: the byte order mark,
+//! blank lines, comments, the encoding. The buffer of points is reused from line to line.
+//!
+//! Must not know: the forms a line may have, or what becomes of a record.
+
+use std::io::Read;
+
+use super::columns::Columns;
+use super::error::{BadLineReason, Fault, Field, ReadError};
+use super::excerpt::Excerpt;
+use super::format::Format;
+use super::jsonl;
+use super::lines::{BYTE_ORDER_MARK, Line, Lines};
+use super::record::{Parsed, Record};
+use super::separator::without_comment;
+use super::text::{Table, UnknownName};
+
+/// What a reader does not exceed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// How many bytes a line may have, its `\n` not counted. A longer one is skipped and reported
+    /// as a bad line.
+    pub line_bytes: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            line_bytes: 16 * 1024 * 1024,
+        }
+    }
+}
+
+/// Reads a point stream line by line.
+#[derive(Debug)]
+pub struct Reader<R> {
+    lines: Lines<R>,
+    content: Content,
+    /// The points of the present line.
+    points: Vec<[f64; 2]>,
+}
+
+/// What the lines hold.
+#[derive(Debug)]
+enum Content {
+    Table(Table),
+    Json,
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads `source` as `format`. Only a table has `columns`; JSON lines ignore them.
+    pub fn new(source: R, format: Format, columns: Columns, limits: Limits) -> Self {
+        let content = match format {
+            Format::Text => Content::Table(Table::new(columns)),
+            Format::JsonLines => Content::Json,
+        };
+        Self {
+            lines: Lines::new(source, limits.line_bytes),
+            content,
+            points: Vec::new(),
+        }
+    }
+
+    /// The next record; none at the end of the source.
+    ///
+    /// Returns as soon as a line is complete: the source is read only when no complete line is
+    /// left, and then once. The last line needs no line end.
+    ///
+    /// # Errors
+    ///
+    /// The source fails, or a chosen column is not in the header of the table. After a failure of
+    /// the source nothing is lost, and the reader may be asked again.
+    pub fn next_record(&mut self) -> Result<Option<Record<'_>>, ReadError> {
+        let parsed = loop {
+            match self.parse_line()? {
+                Some(Parsed::Nothing) => {}
+                other => break other,
+            }
+        };
+        Ok(parsed.and_then(|parsed| parsed.into_record(self.lines.number(), &self.points)))
+    }
+
+    /// The number of the line of the last record, counted from 1; 0 before the first. After the end
+    /// it is the number of lines.
+    pub fn line(&self) -> u64 {
+        self.lines.number()
+    }
+
+    /// How many bytes of the source have been used, up to the end of that line.
+    pub fn bytes_read(&self) -> u64 {
+        self.lines.consumed()
+    }
+
+    fn parse_line(&mut self) -> Result<Option<Parsed>, ReadError> {
+        self.points.clear();
+        let number = self.lines.number() + 1;
+        let line = match self.lines.next() {
+            Ok(Some(Line::Whole(line))) => line,
+            Ok(Some(Line::TooLong)) => return Ok(Some(self.too_long())),
+            Ok(None) => return Ok(None),
+            Err(source) => {
+                return Err(ReadError::Io {
+                    line: number,
+                    source,
+                });
+            }
+        };
+        let line = if number == 1 {
+            without_mark(line)
+        } else {
+            line
+        };
+        self.content
+            .parse(line, &mut self.points)
+            .map(Some)
+            .map_err(|UnknownName(name)| unknown_column(number, name, line))
+    }
+
+    fn too_long(&self) -> Parsed {
+        Parsed::Bad(Fault::of_line(BadLineReason::TooLong {
+            limit: self.lines.limit(),
+        }))
+    }
+}
+
+impl Content {
+    /// Only the end of the line is trimmed, so that places in it remain what they are.
+    fn parse(&mut self, line: &[u8], points: &mut Vec<[f64; 2]>) -> Result<Parsed, UnknownName> {
+        let line = line.trim_ascii_end();
+        match (line.trim_ascii_start().first(), self) {
+            (None, _) => Ok(Parsed::Blank),
+            (Some(b'#'), _) => Ok(Parsed::Nothing),
+            (Some(_), Self::Table(table)) => match text(without_comment(line)) {
+                Ok(line) => table.parse(line, points),
+                Err(fault) => Ok(Parsed::Bad(fault)),
+            },
+            (Some(_), Self::Json) => {
+                let parsed = text(line).and_then(|line| jsonl::parse(line, points));
+                Ok(parsed.unwrap_or_else(Parsed::Bad))
+            }
+        }
+    }
+}
+
+fn without_mark(line: &[u8]) -> &[u8] {
+    line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line)
+}
+
+fn text(line: &[u8]) -> Result<&str, Fault> {
+    std::str::from_utf8(line)
+        .map_err(|error| Fault::at(Field::Byte(error.valid_up_to() + 1), BadLineReason::NotUtf8))
+}
+
+fn unknown_column(line: u64, name: String, header: &[u8]) -> ReadError {
+    let header = Excerpt::of(header.trim_ascii());
+    ReadError::UnknownColumn { line, name, header }
+}

@@ -1,0 +1,63 @@
+//! One parsed line of a point stream.
+//!
+//! In: what a parser made of a line. Out: the [`Record`] handed to the caller.
+//!
+//! Must not know: formats, or how the line was read.
+
+use super::error::{BadLine, Fault};
+
+/// What one line says. Points are lent until the next record is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Record<'a> {
+    /// Points to add. There may be none.
+    Points {
+        /// Their coordinates. From a table they may be infinite or not a number.
+        points: &'a [[f64; 2]],
+        /// When they were seen, if the line says so.
+        time: Option<f64>,
+    },
+    /// Points to take back.
+    Retract {
+        /// Their coordinates.
+        points: &'a [[f64; 2]],
+    },
+    /// The end of a frame, asked for in so many words.
+    Commit {
+        /// The time of the frame, if the line says so.
+        time: Option<f64>,
+    },
+    /// An empty line.
+    Blank,
+    /// A line that could not be read.
+    Bad(BadLine),
+}
+
+/// What a parser found on a line. Points are in the buffer it was given.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Parsed {
+    /// A header or a comment: no record.
+    Nothing,
+    Points {
+        time: Option<f64>,
+    },
+    Retract,
+    Commit {
+        time: Option<f64>,
+    },
+    Blank,
+    Bad(Fault),
+}
+
+impl Parsed {
+    /// The record of this, for the given line and the points found on it.
+    pub(super) fn into_record(self, line: u64, points: &[[f64; 2]]) -> Option<Record<'_>> {
+        Some(match self {
+            Self::Nothing => return None,
+            Self::Points { time } => Record::Points { points, time },
+            Self::Retract => Record::Retract { points },
+            Self::Commit { time } => Record::Commit { time },
+            Self::Blank => Record::Blank,
+            Self::Bad(fault) => Record::Bad(fault.on_line(line)),
+        })
+    }
+}

@@ -1,0 +1,690 @@
+//! What the whole module promises: every form of line, every message, and that neither the bytes
+//! nor the way they arrive can upset it.
+
+use std::io::{self, Read};
+
+use proptest::prelude::*;
+
+use super::*;
+
+/// A record in few characters: `+(1,2)@3`, `-(1,2)`, `commit@3`, `blank`, or the message.
+fn show(record: &Record<'_>) -> String {
+    let list = |points: &[[f64; 2]]| -> String {
+        points.iter().map(|[x, y]| format!("({x},{y})")).collect()
+    };
+    let at = |time: &Option<f64>| time.map_or_else(String::new, |time| format!("@{time}"));
+    match record {
+        Record::Points { points, time } => format!("+{}{}", list(points), at(time)),
+        Record::Retract { points } => format!("-{}", list(points)),
+        Record::Commit { time } => format!("commit{}", at(time)),
+        Record::Blank => "blank".to_owned(),
+        Record::Bad(bad) => bad.to_string(),
+    }
+}
+
+fn read_all<R: Read>(reader: &mut Reader<R>) -> Result<Vec<String>, ReadError> {
+    let mut shown = Vec::new();
+    while let Some(record) = reader.next_record()? {
+        shown.push(show(&record));
+    }
+    Ok(shown)
+}
+
+fn table_with(columns: &str, input: impl AsRef<[u8]>) -> Result<Vec<String>, ReadError> {
+    let columns = columns.parse().unwrap();
+    read_all(&mut Reader::new(
+        input.as_ref(),
+        Format::Text,
+        columns,
+        Limits::default(),
+    ))
+}
+
+fn table(input: impl AsRef<[u8]>) -> Vec<String> {
+    table_with("1,2", input).unwrap()
+}
+
+fn json(input: impl AsRef<[u8]>) -> Vec<String> {
+    let columns = Columns::default();
+    read_all(&mut Reader::new(
+        input.as_ref(),
+        Format::JsonLines,
+        columns,
+        Limits::default(),
+    ))
+    .unwrap()
+}
+
+#[test]
+fn a_table_may_be_separated_in_any_usual_way() {
+    for line in [
+        "1,2",
+        "1;2",
+        "1\t2",
+        "1 2",
+        "  1   2  ",
+        "1 , 2",
+        "1, 2",
+        "1\t 2",
+        "1 \t 2",
+        "1;\t2",
+        ",1,2",
+        "1,2,3,a;b",
+        "1,2 # c",
+        "1,2#c",
+        "\"1\",\"2\"",
+        "\" 1 \" \"2\"",
+        "1,2\r",
+        "+1,2.0e0",
+        "1 2 a,b",
+    ] {
+        let columns = if line.starts_with(',') { "2,3" } else { "1,2" };
+        assert_eq!(table_with(columns, line).unwrap(), ["+(1,2)"], "{line:?}");
+    }
+}
+
+#[test]
+fn numbers_are_all_that_a_float_can_be() {
+    assert_eq!(
+        table("nan,inf\n-inf 1\n"),
+        [
+            "+(NaN,inf)",
+            "line 2, column 1: \"-inf 1\" is not a number: write one such as 1.5 or -2e-3"
+        ]
+    );
+    assert_eq!(table("1e400,-0.0"), ["+(inf,-0)"]);
+    assert_eq!(table("Infinity,.5"), ["+(inf,0.5)"]);
+}
+
+#[test]
+fn blank_lines_are_told_from_comments_and_headers() {
+    let input = "\u{feff}# made by hand\n\nx,y\n1,2\n  # more\n \t\r\n3,4 # last\n#\n";
+    assert_eq!(table(input), ["blank", "+(1,2)", "blank", "+(3,4)"]);
+    assert_eq!(table("\u{feff}1,2"), ["+(1,2)"]);
+    assert_eq!(table("1,2\n\u{feff}3,4").len(), 2);
+    assert_eq!(table(""), [""; 0]);
+}
+
+#[test]
+fn only_the_first_line_may_be_a_header() {
+    assert_eq!(table("x,y\n1,2"), ["+(1,2)"]);
+    assert_eq!(table("The data of 2020\n1,2"), ["+(1,2)"]);
+    assert_eq!(table("\"x of it\" \"y\"\n1 2"), ["+(1,2)"]);
+    assert_eq!(table("# c\n\nx;y;z\n1,2"), ["blank", "+(1,2)"]);
+    assert_eq!(
+        table("1,2\nx,y\n"),
+        [
+            "+(1,2)",
+            "line 2, column 1: \"x\" is not a number: write one such as 1.5 or -2e-3"
+        ]
+    );
+    assert_eq!(table("x,y\nx,y\n").len(), 1);
+}
+
+#[test]
+fn a_first_line_with_a_number_is_not_a_header() {
+    for line in [
+        "1,abc",
+        "abc 2",
+        "5",
+        "1,5 2,5",
+        "1,5\t2,5",
+        "1,5;2,5",
+        ",",
+        "\"\",\"\"",
+    ] {
+        let records = table(line);
+        assert_eq!(records.len(), 1, "{line:?}");
+        assert!(
+            records[0].starts_with("line 1, column "),
+            "{line:?}: {records:?}"
+        );
+    }
+}
+
+#[test]
+fn columns_are_chosen_by_number_or_name() {
+    let input = "id,lon,lat,at\n7,1,2,3\n8,4,5,6\n";
+    for columns in ["2,3", "lon,lat", "2,lat", "\"lon\",3"] {
+        assert_eq!(
+            table_with(columns, input).unwrap(),
+            ["+(1,2)", "+(4,5)"],
+            "{columns}"
+        );
+    }
+    for columns in ["2,3,4", "lon,lat,at"] {
+        assert_eq!(
+            table_with(columns, input).unwrap(),
+            ["+(1,2)@3", "+(4,5)@6"],
+            "{columns}"
+        );
+    }
+    assert_eq!(table_with("lat,lon", input).unwrap(), ["+(2,1)", "+(5,4)"]);
+    assert_eq!(table_with("1,2,1", "1,2").unwrap(), ["+(1,2)@1"]);
+    assert_eq!(table_with("y,x", "\"x\" \"y\"\n1 2").unwrap(), ["+(2,1)"]);
+}
+
+#[test]
+fn a_name_that_the_header_lacks_is_fatal() {
+    let message = |columns, input| table_with(columns, input).unwrap_err().to_string();
+    assert_eq!(
+        message("lon,alt", "# c\n\n lon,lat \n1,2"),
+        "line 3: no column is called \"alt\" in the header \"lon,lat\": \
+         choose names that are there, or number the columns from 1"
+    );
+    assert_eq!(
+        message("lon,lat", "0.5,0.5\n1,2"),
+        "line 1: no column is called \"lon\" in the header \"0.5,0.5\": \
+         choose names that are there, or number the columns from 1"
+    );
+    assert_eq!(table_with("lon,lat", "# nothing\n").unwrap(), [""; 0]);
+}
+
+#[test]
+fn a_bad_row_is_named_with_its_column() {
+    let cases = [
+        (
+            "3,abc",
+            "line 2, column 2: \"abc\" is not a number: write one such as 1.5 or -2e-3",
+        ),
+        ("3,", "line 2, column 2: empty: write a number"),
+        (" , 3", "line 2, column 1: empty: write a number"),
+        (
+            "3",
+            "line 2, column 2: missing, split at commas the line has 1 column(s): \
+             complete the line, or choose other columns",
+        ),
+        (
+            "3 4",
+            "line 2, column 1: \"3 4\" is not a number: write one such as 1.5 or -2e-3",
+        ),
+        (
+            "3\r4,5",
+            "line 2, column 1: \"3\\r4\" is not a number: write one such as 1.5 or -2e-3",
+        ),
+        (
+            "\"3,5\",4",
+            "line 2, column 1: \"3,5\" has a decimal comma: write a decimal point",
+        ),
+    ];
+    for (line, message) in cases {
+        assert_eq!(
+            table(format!("1,2\n{line}\n5,6")),
+            ["+(1,2)", message, "+(5,6)"],
+            "{line:?}"
+        );
+    }
+}
+
+#[test]
+fn a_decimal_comma_never_makes_two_columns() {
+    for separator in [";", "\t", " "] {
+        let input = format!("1{separator}2\n1,5{separator}2,5\n1,5\n");
+        let records = table(&input);
+        assert_eq!(records.len(), 3, "{input:?}");
+        for bad in &records[1..] {
+            assert!(
+                bad.contains("\"1,5\" has a decimal comma"),
+                "{input:?}: {bad}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_not_text_is_one_bad_line() {
+    let message = "line 2, byte 3: not UTF-8 text: convert the input to UTF-8";
+    assert_eq!(table(b"1,2\n3,\xff4\n5,6"), ["+(1,2)", message, "+(5,6)"]);
+    assert_eq!(
+        json(b"[1,2]\n [\xff4]\n[5,6]"),
+        ["+(1,2)", message, "+(5,6)"]
+    );
+    assert_eq!(table(b"1,2 # \xff\n# \xff"), ["+(1,2)"]);
+}
+
+#[test]
+fn a_line_over_the_limit_is_one_bad_line() {
+    for (format, input) in [
+        (Format::Text, "1,2\n3,44444\n5,6"),
+        (Format::JsonLines, "[1,2]\n[3,44444]\n[5,6]"),
+    ] {
+        let mut reader = Reader::new(
+            input.as_bytes(),
+            format,
+            Columns::default(),
+            Limits { line_bytes: 5 },
+        );
+        let message = "line 2: longer than 5 bytes: split it, or raise the limit";
+        assert_eq!(
+            read_all(&mut reader).unwrap(),
+            ["+(1,2)", message, "+(5,6)"]
+        );
+        assert_eq!(
+            (reader.line(), reader.bytes_read()),
+            (3, input.len() as u64)
+        );
+    }
+}
+
+#[test]
+fn every_form_of_json_line_is_read() {
+    let cases = [
+        ("[1,2]", "+(1,2)"),
+        (" [ 1 , -2.5e1 ] \r", "+(1,-25)"),
+        ("[1,2,3]", "+(1,2)@3"),
+        ("[1,2,null]", "+(1,2)"),
+        (r#"{"x":1,"y":2}"#, "+(1,2)"),
+        (r#"{"y":2,"t":3,"x":1}"#, "+(1,2)@3"),
+        (r#"{"x":1,"y":2,"t":null}"#, "+(1,2)"),
+        (
+            r#"{"id":{"a":[1,{}]},"x":1,"y":2,"name":"p","time":"noon"}"#,
+            "+(1,2)",
+        ),
+        (r#"{"\u0078":1,"y":2}"#, "+(1,2)"),
+        (r#"{"points":[[1,2],[3,4]]}"#, "+(1,2)(3,4)"),
+        (r#"{"points":[[1,2]],"t":5}"#, "+(1,2)@5"),
+        (r#"{"points":[]}"#, "+"),
+        (r#"{"retract":[[1,2],[3,4]]}"#, "-(1,2)(3,4)"),
+        (r#"{"retract":[],"t":"ignored"}"#, "-"),
+        (r#"{"commit":true}"#, "commit"),
+        (r#"{"commit":true,"time":4}"#, "commit@4"),
+        (r#"{"commit":true,"t":4}"#, "commit@4"),
+        (r#"{"commit":true,"t":4,"time":5}"#, "commit@5"),
+        (
+            "[18446744073709551615,-9223372036854775808]",
+            "+(18446744073709552000,-9223372036854776000)",
+        ),
+        ("", "blank"),
+    ];
+    for (line, expected) in cases {
+        assert_eq!(json(format!("# c\n{line}\n")), [expected], "{line}");
+    }
+    assert_eq!(
+        json("\u{feff}[1,2]\n\n  # c\n[3,4]"),
+        ["+(1,2)", "blank", "+(3,4)"]
+    );
+}
+
+#[test]
+fn a_bad_json_line_is_named_with_its_member() {
+    let number = "is not a number: write one such as 1.5, without quotes";
+    let cases = [
+        ("[1,null]", format!("y: null {number}")),
+        ("[\"1\",2]", format!("x: \"1\" {number}")),
+        ("[1,2,\"noon\"]", format!("t: \"noon\" {number}")),
+        ("[[1,2],[3,4]]", format!("x: an array {number}")),
+        (r#"{"x":1,"y":null}"#, format!("y: null {number}")),
+        (r#"{"x":true,"y":1}"#, format!("x: true {number}")),
+        (r#"{"x":1,"y":{"a":1}}"#, format!("y: an object {number}")),
+        (
+            r#"{"x":1,"y":2,"t":"noon"}"#,
+            format!("t: \"noon\" {number}"),
+        ),
+        (
+            r#"{"commit":true,"time":"noon"}"#,
+            format!("time: \"noon\" {number}"),
+        ),
+        (
+            r#"{"points":[[1,2],[3,null]]}"#,
+            format!("points, point 2, y: null {number}"),
+        ),
+        (
+            r#"{"retract":[["a",2]]}"#,
+            format!("retract, point 1, x: \"a\" {number}"),
+        ),
+        (
+            r#"{"points":[[1,2,3]]}"#,
+            "points, point 1: 3 element(s): write [x,y]".into(),
+        ),
+        (r#"{"x":1}"#, "y: missing: write both x and y".into()),
+        (r#"{"y":1}"#, "x: missing: write both x and y".into()),
+        (
+            r#"{"x":1,"y":2,"x":3}"#,
+            "x: written twice: write it once".into(),
+        ),
+        (
+            r#"{"x":1,"points":[]}"#,
+            "points: stands beside x: write each on a line of its own".into(),
+        ),
+        (
+            r#"{"points":[],"retract":[]}"#,
+            "retract: stands beside points: write each on a line of its own".into(),
+        ),
+        (
+            r#"{"commit":false}"#,
+            "commit: false is not true: write \"commit\":true, or leave the line out".into(),
+        ),
+    ];
+    for (line, message) in cases {
+        assert_eq!(
+            json(format!("{line}\n[5,6]")),
+            [format!("line 1, {message}"), "+(5,6)".into()]
+        );
+    }
+}
+
+#[test]
+fn a_bad_json_line_is_named_as_a_whole() {
+    let cases = [
+        ("[1]", "1 element(s): write [x,y] or [x,y,t]"),
+        ("[]", "0 element(s): write [x,y] or [x,y,t]"),
+        ("[1,2,3,[4],5]", "5 element(s): write [x,y] or [x,y,t]"),
+        (
+            "{}",
+            "no x and y, points, retract or commit: write one of them",
+        ),
+        (
+            r#"{"t":1}"#,
+            "no x and y, points, retract or commit: write one of them",
+        ),
+        (
+            "1,2",
+            "\"1,2\" is neither an array nor an object: write [x,y] or {\"x\":0,\"y\":0}",
+        ),
+    ];
+    for (line, message) in cases {
+        assert_eq!(json(line), [format!("line 1: {message}")], "{line}");
+    }
+}
+
+#[test]
+fn a_json_error_is_named_with_its_byte() {
+    let cases = [
+        ("[1,2", "byte 4: EOF while parsing a list"),
+        ("[1,2]]", "byte 6: trailing characters"),
+        ("  [1,2],", "byte 8: trailing characters"),
+        ("[1,NaN]", "byte 4: expected value"),
+        ("[1,1e999]", "byte 8: number out of range"),
+        ("{\"x\":1,}", "byte 8: trailing comma"),
+        ("{\"x\" 1}", "byte 6: expected `:`"),
+        (
+            "{\"points\":3}",
+            "byte 11: invalid type: integer `3`, expected a list of points [[x,y]]",
+        ),
+        (
+            "{\"points\":[3.5]}",
+            "byte 14: invalid type: floating point `3.5`, expected a point [x,y]",
+        ),
+        (
+            "{\"points\":\"a\"}",
+            "byte 13: invalid type: string, expected a list of points [[x,y]]",
+        ),
+        (
+            "{\"points\":[\"a\"]}",
+            "byte 14: invalid type: string, expected a point [x,y]",
+        ),
+    ];
+    for (line, message) in cases {
+        assert_eq!(
+            json(line),
+            [format!("line 1, {message}: correct the JSON")],
+            "{line}"
+        );
+    }
+}
+
+#[test]
+fn deep_nesting_is_refused_and_not_followed() {
+    for open in ["[", "{\"a\":", "{\"points\":[", "{\"x\":["] {
+        assert!(
+            json(open.repeat(100_000))[0].starts_with("line 1, byte "),
+            "{open}"
+        );
+    }
+}
+
+#[test]
+fn a_failing_source_is_reported_with_the_line() {
+    struct Failing;
+    impl Read for Failing {
+        fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+            Err(io::Error::other("cable cut"))
+        }
+    }
+    let source = b"1,2\n3,".chain(Failing);
+    let mut reader = Reader::new(source, Format::Text, Columns::default(), Limits::default());
+    assert!(matches!(
+        reader.next_record(),
+        Ok(Some(Record::Points { .. }))
+    ));
+    let error = reader.next_record().unwrap_err().to_string();
+    assert_eq!(error, "line 2: reading failed: cable cut");
+}
+
+#[test]
+fn lines_and_bytes_are_counted() {
+    let input = "# c\nx,y\n1,2\r\n\n3,4";
+    let mut reader = Reader::new(
+        input.as_bytes(),
+        Format::Text,
+        Columns::default(),
+        Limits::default(),
+    );
+    let mut counts = vec![(reader.line(), reader.bytes_read())];
+    while reader.next_record().unwrap().is_some() {
+        counts.push((reader.line(), reader.bytes_read()));
+    }
+    assert_eq!(counts, [(0, 0), (3, 13), (4, 14), (5, 17)]);
+}
+
+/// A source that hands out its bytes in pieces of the given lengths, over and over, and is
+/// interrupted before each.
+struct Pieces<'a> {
+    bytes: &'a [u8],
+    lengths: std::iter::Cycle<std::slice::Iter<'a, usize>>,
+    interrupt: bool,
+}
+
+impl<'a> Pieces<'a> {
+    fn new(bytes: &'a [u8], lengths: &'a [usize]) -> Self {
+        Self {
+            bytes,
+            lengths: lengths.iter().cycle(),
+            interrupt: false,
+        }
+    }
+}
+
+impl Read for Pieces<'_> {
+    fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
+        self.interrupt = !self.interrupt;
+        if self.interrupt {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
+        let length = *self.lengths.next().unwrap();
+        let length = length.min(room.len());
+        self.bytes.read(&mut room[..length])
+    }
+}
+
+/// Everything observable of a reading: the records with the counts after each, and how it ended.
+fn trace<R: Read>(mut reader: Reader<R>) -> Vec<String> {
+    let mut trace = Vec::new();
+    loop {
+        let (record, ended) = match reader.next_record() {
+            Ok(Some(record)) => (show(&record), false),
+            Ok(None) => ("end".to_owned(), true),
+            Err(error) => (error.to_string(), true),
+        };
+        trace.push(format!(
+            "{} {} {record}",
+            reader.line(),
+            reader.bytes_read()
+        ));
+        if ended {
+            return trace;
+        }
+    }
+}
+
+/// Bytes that are likely to mean something, with some that are not.
+fn bytes() -> impl Strategy<Value = Vec<u8>> {
+    let likely = br##"0123456789012.,,;[]{}":-e# xyt"##.to_vec();
+    let word = prop_oneof![
+        Just("\n"),
+        Just("\r\n"),
+        Just("\t"),
+        Just("1,2\n"),
+        Just("0.5 0.5\n"),
+        Just("[1,2]"),
+        Just("{\"points\":[["),
+        Just("\"x\":"),
+        Just("\"retract\":"),
+        Just("\"commit\":true"),
+        Just("x,y\n"),
+        Just("null"),
+        Just("\u{feff}"),
+        Just("é"),
+    ];
+    let piece = prop_oneof![
+        6 => prop::sample::select(likely).prop_map(|byte| vec![byte]),
+        4 => word.prop_map(|word| word.as_bytes().to_vec()),
+        1 => any::<u8>().prop_map(|byte| vec![byte]),
+    ];
+    prop_oneof![
+        3 => prop::collection::vec(piece, 0..120).prop_map(|pieces| pieces.concat()),
+        1 => prop::collection::vec(any::<u8>(), 0..400),
+    ]
+}
+
+fn columns() -> impl Strategy<Value = Columns> {
+    prop::sample::select(vec!["1,2", "2,1,3", "x,y", "x,2,y", "7,9"])
+        .prop_map(|columns| columns.parse().unwrap())
+}
+
+fn format() -> impl Strategy<Value = Format> {
+    prop::sample::select(vec![Format::Text, Format::JsonLines])
+}
+
+fn limits() -> impl Strategy<Value = Limits> {
+    prop_oneof![Just(usize::MAX), 0..40_usize].prop_map(|line_bytes| Limits { line_bytes })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, cases: 1000, ..ProptestConfig::default() })]
+
+    #[test]
+    fn how_bytes_arrive_changes_nothing(
+        bytes in bytes(),
+        lengths in prop::collection::vec(1..9_usize, 1..6),
+        format in format(),
+        columns in columns(),
+        limits in limits(),
+    ) {
+        let at_once = trace(Reader::new(&bytes[..], format, columns.clone(), limits));
+        let in_pieces = Reader::new(Pieces::new(&bytes, &lengths), format, columns, limits);
+        prop_assert_eq!(at_once, trace(in_pieces));
+    }
+
+    #[test]
+    fn every_byte_and_line_is_counted_once(bytes in bytes(), format in format(), limits in limits()) {
+        let mut reader = Reader::new(&bytes[..], format, Columns::default(), limits);
+        read_all(&mut reader).unwrap();
+        let ends = bytes.iter().filter(|&&byte| byte == b'\n').count();
+        let open = usize::from(bytes.last().is_some_and(|&last| last != b'\n'));
+        prop_assert_eq!(reader.bytes_read(), bytes.len() as u64);
+        prop_assert_eq!(reader.line(), (ends + open) as u64);
+    }
+
+    #[test]
+    fn messages_are_short_and_printable(bytes in bytes(), format in format(), columns in columns()) {
+        for line in trace(Reader::new(&bytes[..], format, columns, Limits::default())) {
+            if line.contains(" line ") {
+                prop_assert!(line.chars().count() < 300, "{}", line);
+                prop_assert!(!line.chars().any(char::is_control), "{}", line);
+            }
+        }
+    }
+
+    /// Both formats give back every number to the last bit. For JSON this needs the feature
+    /// `float_roundtrip` of `serde_json`.
+    #[test]
+    fn numbers_come_out_as_they_were_written(
+        points in prop::collection::vec([prop::num::f64::NORMAL, prop::num::f64::ANY], 1..20),
+    ) {
+        let points: Vec<[f64; 2]> =
+            points.into_iter().filter(|[_, y]| y.is_finite()).collect();
+        let table: String = points.iter().map(|[x, y]| format!("{x:?};{y:?}\n")).collect();
+        let json: String = points.iter().map(|[x, y]| format!("[{x:?},{y:?}]\n")).collect();
+        for (format, input) in [(Format::Text, table), (Format::JsonLines, json)] {
+            let mut reader =
+                Reader::new(input.as_bytes(), format, Columns::default(), Limits::default());
+            for point in &points {
+                let expected = Record::Points { points: std::slice::from_ref(point), time: None };
+                prop_assert_eq!(reader.next_record().unwrap(), Some(expected));
+            }
+            prop_assert_eq!(reader.next_record().unwrap(), None);
+        }
+    }
+}
+
+#[test]
+fn a_hundred_megabytes_of_noise_pass() {
+    for format in [Format::Text, Format::JsonLines] {
+        let mut reader = Reader::new(
+            Noise::new(100_000_000),
+            format,
+            Columns::default(),
+            Limits::default(),
+        );
+        while let Some(record) = reader.next_record().unwrap() {
+            assert!(matches!(record, Record::Bad(_) | Record::Blank));
+        }
+        assert_eq!(reader.bytes_read(), 100_000_000);
+    }
+}
+
+#[test]
+fn one_endless_line_passes_in_linear_time() {
+    // Searched anew at every read, these would be 10^12 steps.
+    let limits = Limits {
+        line_bytes: 32_000_000,
+    };
+    for byte in [b'"', b'[', b'1', b',', b'#', b' '] {
+        for format in [Format::Text, Format::JsonLines] {
+            let source = Dripping(io::repeat(byte).take(16_000_000));
+            let mut reader = Reader::new(source, format, Columns::default(), limits);
+            while reader.next_record().unwrap().is_some() {}
+            assert_eq!(reader.bytes_read(), 16_000_000);
+        }
+    }
+}
+
+/// Pseudorandom bytes: the same at every run.
+struct Noise {
+    state: u64,
+    left: usize,
+}
+
+impl Noise {
+    fn new(length: usize) -> Self {
+        Self {
+            state: 0x9e37_79b9_7f4a_7c15,
+            left: length,
+        }
+    }
+}
+
+impl Read for Noise {
+    fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
+        let length = room.len().min(self.left);
+        for piece in room[..length].chunks_mut(8) {
+            self.state ^= self.state << 13;
+            self.state ^= self.state >> 7;
+            self.state ^= self.state << 17;
+            piece.copy_from_slice(&self.state.to_le_bytes()[..piece.len()]);
+        }
+        self.left -= length;
+        Ok(length)
+    }
+}
+
+/// A source that never hands out more than a few bytes at once.
+struct Dripping<R>(R);
+
+impl<R: Read> Read for Dripping<R> {
+    fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
+        let length = room.len().min(97);
+        self.0.read(&mut room[..length])
+    }
+}
