@@ -85,7 +85,8 @@ fn stages(points: &[[f64; 2]]) -> ([f64; 7], Skeleton) {
         for &[x, y] in points {
             cloud.insert(x, y, None).expect("valid positions");
         }
-        let change = cloud.commit();
+        cloud.commit();
+        let change = cloud.take_change();
         (cloud, change)
     });
     let mut delaunay = Delaunay::default();
@@ -93,7 +94,7 @@ fn stages(points: &[[f64; 2]]) -> ([f64; 7], Skeleton) {
     let (mesh_seconds, mesh) = timed(|| delaunay.mesh());
     let (filtration_seconds, filtration) = timed(|| Filtration::new(&mesh));
     let (basins_seconds, basins) = timed(|| Basins::new(&mesh, &filtration));
-    let (skeleton_seconds, skeleton) = timed(|| Skeleton::new(&cloud, &mesh, &filtration, &basins));
+    let (skeleton_seconds, skeleton) = timed(|| Skeleton::new(&cloud, &mesh, filtration, &basins));
     let (view_seconds, _) = timed(|| hopes::topology::View::new(&skeleton, ViewSpec::default()));
     let seconds = [
         cloud_seconds,

@@ -100,7 +100,8 @@ fn assert_view(what: &str, answer: &Answer, skeleton: &Skeleton, view: &View, wa
 /// Critical edges are unique where no two edges, and no two triangles, tie.
 #[test]
 fn critical_edges_are_exact_without_ties() {
-    let tie_free = ["A_n300_e0.08", "B_n400_e0.08", "P_n300_e0.12", "circle_n500_e0.15", "theta_n500_e0.1", "uniform_5000"];
+    let tie_free =
+        ["A_n300_e0.08", "B_n400_e0.08", "P_n300_e0.12", "circle_n500_e0.15", "theta_n500_e0.1", "uniform_5000"];
     for case in cases().filter(|case| tie_free.contains(&case.name.as_str())) {
         let skeleton = skeleton_of(&case.points);
         let mut ours: Vec<[u32; 2]> =

@@ -15,19 +15,13 @@ use super::position::Position;
 /// The basin that everything outside flows to.
 pub const OUTER_BASIN: u32 = 0;
 
-/// A local maximum of the filtration.
-#[derive(Clone, Copy, Debug)]
-pub struct Basin {
-    /// Circumradius at the maximum, squared; +infinity for the outer basin.
-    pub weight: f64,
-    /// The sites of the triangle that holds its own circumcentre, by position (all 0 for the outer basin).
-    pub triangle: [u32; 3],
-}
-
 /// The basins of a filtration.
 #[derive(Clone, Debug)]
 pub struct Basins {
-    basins: Vec<Basin>,
+    /// Of each basin: circumradius at its maximum, squared; +infinity for the outer basin.
+    weights: Vec<f64>,
+    /// Of each basin: the sites of the triangle that holds its own circumcentre, by position (all 0 for the outer basin).
+    triangles: Vec<[u32; 3]>,
     /// Of each face: the basin that it flows to.
     of_face: Vec<u32>,
 }
@@ -37,13 +31,17 @@ const UNKNOWN: u32 = u32::MAX;
 impl Basins {
     /// Follows the flow of every face to its end.
     pub fn new(mesh: &Mesh, filtration: &Filtration) -> Self {
-        let mut result =
-            Self { basins: Vec::with_capacity(filtration.maxima().len() + 1), of_face: vec![UNKNOWN; mesh.face_count()] };
-        result.basins.push(Basin { weight: f64::INFINITY, triangle: [0; 3] });
+        let maxima = filtration.maxima();
+        let mut result = Self {
+            weights: std::iter::once(f64::INFINITY)
+                .chain(maxima.iter().map(|maximum| maximum.radius_squared))
+                .collect(),
+            triangles: std::iter::once([0; 3]).chain(maxima.iter().map(|maximum| maximum.triangle)).collect(),
+            of_face: vec![UNKNOWN; mesh.face_count()],
+        };
         result.of_face[OUTER_FACE as usize] = OUTER_BASIN;
-        for maximum in filtration.maxima() {
-            result.of_face[maximum.face as usize] = result.basins.len() as u32;
-            result.basins.push(Basin { weight: maximum.radius_squared, triangle: maximum.triangle });
+        for (index, maximum) in maxima.iter().enumerate() {
+            result.of_face[maximum.face as usize] = index as u32 + 1;
         }
         result.follow(filtration.flow());
         result.settle_cocircular(mesh, filtration);
@@ -84,14 +82,27 @@ impl Basins {
                 let triangle = central_triangle(mesh, &mut sites);
                 let circle = circumcircle(triangle.map(|site| mesh.position(site)));
                 let basin = self.of_face[maximum as usize] as usize;
-                self.basins[basin] = Basin { weight: circle.radius_squared, triangle };
+                self.weights[basin] = circle.radius_squared;
+                self.triangles[basin] = triangle;
             }
         }
     }
 
-    /// All basins, that of the outer face first.
-    pub fn all(&self) -> &[Basin] {
-        &self.basins
+    /// Number of basins, that of the outer face among them.
+    pub fn count(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// Circumradius at a basin's maximum, squared; +infinity for the outer basin.
+    #[inline]
+    pub fn weight(&self, basin: u32) -> f64 {
+        self.weights[basin as usize]
+    }
+
+    /// The sites of the triangle that names a basin, by position; not for the outer basin.
+    #[inline]
+    pub fn triangle(&self, basin: u32) -> [u32; 3] {
+        self.triangles[basin as usize]
     }
 
     /// The basin that a face flows to.
@@ -101,10 +112,14 @@ impl Basins {
     }
 
     /// The elder rule's order: by weight, equal ones by the triangles' corners.
+    #[inline]
     pub fn compare(&self, mesh: &Mesh, a: u32, b: u32) -> Ordering {
-        let [a, b] = [a, b].map(|basin| &self.basins[basin as usize]);
-        let corners = |basin: &Basin| basin.triangle.map(|site| mesh.position(site));
-        a.weight.total_cmp(&b.weight).then_with(|| corners(a).cmp(&corners(b)))
+        // Weights are no NaN: plain comparisons are a total order.
+        let by_weight = |a: f64, b: f64| (a > b).cmp(&(a < b));
+        by_weight(self.weight(a), self.weight(b)).then_with(|| {
+            let corners = |basin: u32| self.triangle(basin).map(|site| mesh.position(site));
+            corners(a).cmp(&corners(b))
+        })
     }
 }
 

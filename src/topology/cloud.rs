@@ -1,10 +1,11 @@
-//! The cloud: which positions are there now, and what changed since the last frame.
+//! The cloud: which positions are there now, and what changed since somebody last asked.
 //!
-//! In: points one by one (to insert or to retract), event times, commits. Out: vertices (distinct positions with an id) and,
-//! at a commit, a [`CloudChange`]. Invariants: equal positions share one vertex, which lives until the last of its points is gone;
-//! lives are judged at commits, so a vertex whose position is left and taken again between two commits never left; ids rise in order of
-//! first appearance and are never given twice; a slot is not reused before the change that empties it was handed out. Must
-//! not know: triangulations, frames' contents.
+//! In: points one by one (to insert or to retract), event times, commits. Out: vertices (distinct positions with an id) as of the
+//! last commit and, when taken, a [`CloudChange`] that sums up all commits since the one taken before. Invariants: equal positions
+//! share one vertex, which lives until the last of its points is gone; lives are judged at commits, so a vertex whose
+//! position is left and taken again between two commits never left; ids rise in order of first appearance and are never
+//! given twice; a slot is not reused before the change after the one that emptied it is taken. Must not know: triangulations, frames'
+//! contents.
 
 use hashbrown::HashTable;
 use hashbrown::hash_table::Entry;
@@ -33,7 +34,9 @@ pub enum Refusal {
     #[error("event time {0} is not a finite number")]
     TimeNotFinite(f64),
     /// The point is older than the time window already is.
-    #[error("event time {time} is before {oldest}, where the time window begins by now: send points sooner or widen it")]
+    #[error(
+        "event time {time} is before {oldest}, where the time window begins by now: send points sooner or widen it"
+    )]
     TooLate {
         /// Its event time.
         time: f64,
@@ -62,12 +65,12 @@ pub struct Vertex {
     pub position: Position,
 }
 
-/// What a commit changed. Both lists are in order of id.
+/// What commits changed since the change taken before. Both lists are in order of id.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CloudChange {
-    /// Slots of vertices that were not there at the commit before.
+    /// Slots of vertices that were not there then.
     pub appeared: Vec<Slot>,
-    /// Slots of vertices that are gone; they may be reused after the next commit.
+    /// Slots of vertices that are gone; they may be reused once the next change is taken.
     pub vanished: Vec<Slot>,
 }
 
@@ -85,7 +88,9 @@ struct Place {
 enum Life {
     /// Appeared since the last commit.
     New,
-    /// Was there at the last commit.
+    /// There at the last commit, but not yet told of in a change.
+    Fresh,
+    /// There at the last commit, and told of.
     Old,
     /// Not in use.
     Free,
@@ -102,11 +107,18 @@ pub struct Cloud {
     queue: Queue,
     /// Slots whose vertex may have appeared or vanished since the last commit; some stand in it twice.
     touched: Vec<Slot>,
-    /// Slots emptied by the last commit.
+    /// Slots that commits have made fresh; some no more, some twice.
+    fresh: Vec<Slot>,
+    /// Slots emptied by commits since the last change was taken.
+    vanished: Vec<Slot>,
+    /// Slots emptied in the last change taken.
     emptied: Vec<Slot>,
     /// Slots in order of id, vanished ones too until a sweep.
     order: Vec<(VertexId, Slot)>,
-    vertices: usize,
+    /// Vertices in use, those of the frame in hand among them.
+    used: usize,
+    /// Vertices as of the last commit.
+    committed: usize,
     points: u64,
     next_id: u64,
     newest_time: Option<f64>,
@@ -124,9 +136,12 @@ impl Cloud {
             by_position: HashTable::new(),
             queue: Queue::new(window),
             touched: Vec::new(),
+            fresh: Vec::new(),
+            vanished: Vec::new(),
             emptied: Vec::new(),
             order: Vec::new(),
-            vertices: 0,
+            used: 0,
+            committed: 0,
             points: 0,
             next_id: 0,
             newest_time: None,
@@ -181,40 +196,62 @@ impl Cloud {
         Ok(())
     }
 
-    /// Closes the frame: what changed since the last commit.
-    pub fn commit(&mut self) -> CloudChange {
+    /// Closes the frame.
+    pub fn commit(&mut self) {
         if let Window::Frames(frames) = self.window {
             self.expire_below((self.frame + 1).saturating_sub(frames.get()) as f64);
         }
         self.frame += 1;
-        self.free.append(&mut self.emptied);
-        let mut change = CloudChange::default();
         let mut touched = std::mem::take(&mut self.touched);
-        touched.sort_unstable_by_key(|&slot| (self.places[slot as usize].vertex.id, slot));
-        touched.dedup();
         for &slot in &touched {
-            self.settle(slot, &mut change);
+            self.settle(slot);
         }
         touched.clear();
         self.touched = touched;
         self.sweep_order();
-        change
+        sweep(&mut self.fresh, self.places.len());
     }
 
-    fn settle(&mut self, slot: Slot, change: &mut CloudChange) {
+    /// Judges a vertex' life at a commit.
+    fn settle(&mut self, slot: Slot) {
         let place = &mut self.places[slot as usize];
         match (place.points > 0, place.life) {
             (true, Life::New) => {
-                place.life = Life::Old;
-                change.appeared.push(slot);
+                place.life = Life::Fresh;
+                self.fresh.push(slot);
+                self.committed += 1;
+            }
+            (false, Life::Fresh) => {
+                self.vacate(slot);
+                self.free.push(slot);
+                self.committed -= 1;
             }
             (false, Life::Old) => {
                 self.vacate(slot);
-                self.emptied.push(slot);
-                change.vanished.push(slot);
+                self.vanished.push(slot);
+                self.committed -= 1;
             }
-            (true, Life::Old) | (false, Life::New) | (_, Life::Free) => {}
+            (true, Life::Fresh | Life::Old) | (false, Life::New) | (_, Life::Free) => {}
         }
+    }
+
+    /// What commits changed since the change taken before.
+    pub fn take_change(&mut self) -> CloudChange {
+        let by_id = |places: &[Place], slots: &mut Vec<Slot>| {
+            slots.sort_unstable_by_key(|&slot| (places[slot as usize].vertex.id, slot));
+            slots.dedup();
+        };
+        self.free.append(&mut self.emptied);
+        let mut appeared = std::mem::take(&mut self.fresh);
+        appeared.retain(|&slot| self.places[slot as usize].life == Life::Fresh);
+        by_id(&self.places, &mut appeared);
+        for &slot in &appeared {
+            self.places[slot as usize].life = Life::Old;
+        }
+        let mut vanished = std::mem::take(&mut self.vanished);
+        by_id(&self.places, &mut vanished);
+        self.emptied.clone_from(&vanished);
+        CloudChange { appeared, vanished }
     }
 
     fn vacate(&mut self, slot: Slot) {
@@ -224,14 +261,14 @@ impl Cloud {
         if let Ok(entry) = self.by_position.find_entry(hash(position), |&other| other == slot) {
             entry.remove();
         }
-        self.vertices -= 1;
+        self.used -= 1;
     }
 
     /// The vertices as of the last commit, by id. Uncommitted ones are left out.
     pub fn vertices(&self) -> impl Iterator<Item = (Slot, Vertex)> + '_ {
         self.order.iter().filter_map(|&(id, slot)| {
             let place = &self.places[slot as usize];
-            (place.vertex.id == id && place.life == Life::Old).then_some((slot, place.vertex))
+            (place.vertex.id == id && matches!(place.life, Life::Fresh | Life::Old)).then_some((slot, place.vertex))
         })
     }
 
@@ -246,12 +283,12 @@ impl Cloud {
         self.places.len()
     }
 
-    /// Number of distinct positions, those of the frame in hand among them.
+    /// Number of distinct positions as of the last commit.
     pub fn vertex_count(&self) -> usize {
-        self.vertices
+        self.committed
     }
 
-    /// Number of points, duplicates among them.
+    /// Number of points, duplicates and those of the frame in hand among them.
     pub fn point_count(&self) -> u64 {
         self.points
     }
@@ -331,7 +368,7 @@ impl Cloud {
         };
         vacant.insert(slot);
         self.next_id += 1;
-        self.vertices += 1;
+        self.used += 1;
         self.order.push((id, slot));
         self.touched.push(slot);
         Ok(slot)
@@ -353,15 +390,7 @@ impl Cloud {
         } else {
             self.touched.push(slot);
         }
-        self.sweep_touched();
-    }
-
-    /// Forgets slots noted twice once they are the most of the list.
-    fn sweep_touched(&mut self) {
-        if self.touched.len() > 2 * self.places.len() + 1024 {
-            self.touched.sort_unstable();
-            self.touched.dedup();
-        }
+        sweep(&mut self.touched, self.places.len());
     }
 
     /// Lets go of what has left the window by now.
@@ -420,7 +449,7 @@ impl Cloud {
 
     /// Drops vanished vertices from the order of ids once they are the most of it.
     fn sweep_order(&mut self) {
-        if self.order.len() < 2 * self.vertices + 1024 {
+        if self.order.len() < 2 * self.used + 1024 {
             return;
         }
         let places = &self.places;
@@ -434,14 +463,23 @@ impl Cloud {
     #[doc(hidden)]
     pub fn check_invariants(&self) {
         let used = || self.places.iter().filter(|place| place.life != Life::Free);
-        assert_eq!(used().count(), self.vertices);
-        assert_eq!(self.by_position.len(), self.vertices);
+        assert_eq!(used().count(), self.used);
+        assert_eq!(self.by_position.len(), self.used);
+        assert_eq!(self.vertices().count(), self.committed);
         assert_eq!(used().map(|place| place.points).sum::<u64>(), self.points);
         assert!(self.order.is_sorted_by_key(|&(id, _)| id));
-        assert!(self.order.len() <= 2 * self.vertices + 1024 + self.touched.len());
+        assert!(self.order.len() <= 2 * self.used + 1024 + self.touched.len());
         if self.window != Window::All {
             assert!(self.queue.len() as u64 >= self.points);
         }
+    }
+}
+
+/// Forgets slots noted twice once they are the most of a list, so that it stays bounded by the places.
+fn sweep(slots: &mut Vec<Slot>, places: usize) {
+    if slots.len() > 2 * places + 1024 {
+        slots.sort_unstable();
+        slots.dedup();
     }
 }
 

@@ -204,10 +204,13 @@ fn along_curve(cloud: &Cloud, slots: &[Slot]) -> Vec<Slot> {
     }
     // A box of no width gives NaN, which the cast makes 0.
     let cell = |v: f64, axis: usize| ((v - low[axis]) / (high[axis] - low[axis]) * f64::from(u16::MAX)) as u16;
-    let mut keyed: Vec<(u32, Slot)> = slots.iter().map(|&slot| {
-        let [x, y] = xy(slot);
-        (interleave(cell(x, 0)) | interleave(cell(y, 1)) << 1, slot)
-    }).collect();
+    let mut keyed: Vec<(u32, Slot)> = slots
+        .iter()
+        .map(|&slot| {
+            let [x, y] = xy(slot);
+            (interleave(cell(x, 0)) | interleave(cell(y, 1)) << 1, slot)
+        })
+        .collect();
     keyed.sort_unstable();
     keyed.into_iter().map(|(_, slot)| slot).collect()
 }

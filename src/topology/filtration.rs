@@ -11,8 +11,9 @@
 
 use std::cmp::Ordering;
 
-use super::geometry::{Circle, acuteness, circumcircle, half_length_squared, may_be_cocircular};
+use super::geometry::{Circle, Cocircular, acuteness, circumcircle, half_length_squared, quick_cocircular};
 use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
+use super::reduction::Link;
 
 /// A triangle that holds its own circumcentre: a local maximum of the filtration.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +31,7 @@ pub struct Maximum {
 pub struct Suspect {
     /// The triangle.
     pub face: u32,
-    /// Whether it does for sure: both have a right angle over their common edge.
+    /// Whether it does for sure.
     pub certain: bool,
 }
 
@@ -38,7 +39,7 @@ pub struct Suspect {
 #[derive(Clone, Debug)]
 pub struct Filtration {
     flow: Vec<u32>,
-    gabriel: Vec<u32>,
+    gabriel: Vec<Link>,
     maxima: Vec<Maximum>,
     suspects: Vec<Suspect>,
 }
@@ -70,7 +71,7 @@ impl Filtration {
         let [left, right] = edge.faces;
         let attached = [left, right].map(|face| is_attached_to(mesh, face, edge));
         let (from, into) = match attached {
-            [false, false] => return self.gabriel.push(index),
+            [false, false] => return self.push_gabriel(mesh, index, edge),
             [true, false] => (left, right),
             [false, true] => (right, left),
             // Both angles are right and the edge is a diameter: either triangle may be called the maximum.
@@ -80,12 +81,19 @@ impl Filtration {
         if into == OUTER_FACE {
             return;
         }
-        let certain = attached == [true, true];
+        let right_angles = attached == [true, true];
         let [a, b] = edge.ends.map(|site| mesh.position(site));
         let [p, q] = [from, into].map(|face| mesh.position(mesh.opposite(face, edge)));
-        if certain || may_be_cocircular(a, b, p, q) {
-            self.suspects.push(Suspect { face: from, certain });
+        match if right_angles { Cocircular::Yes } else { quick_cocircular(a, b, p, q) } {
+            Cocircular::No => {}
+            look => self.suspects.push(Suspect { face: from, certain: look == Cocircular::Yes }),
         }
+    }
+
+    #[inline]
+    fn push_gabriel(&mut self, mesh: &Mesh, index: u32, edge: &MeshEdge) {
+        let [a, b] = edge.ends.map(|site| mesh.position(site));
+        self.gabriel.push(Link { scale: half_length_squared(a, b), ends: edge.faces, edge: index });
     }
 
     #[inline]
@@ -100,9 +108,14 @@ impl Filtration {
         &self.flow
     }
 
-    /// The Gabriel edges, in order.
-    pub fn gabriel(&self) -> &[u32] {
+    /// The Gabriel edges, in order, as links between the faces beside them; their scales are squared.
+    pub fn gabriel(&self) -> &[Link] {
         &self.gabriel
+    }
+
+    /// The same, given away.
+    pub fn into_gabriel(self) -> Vec<Link> {
+        self.gabriel
     }
 
     /// The local maxima, but for the outer face.
@@ -144,7 +157,7 @@ impl Filtration {
 
     /// Whether no site lies in the closed disc that has the edge as its diameter.
     pub fn is_gabriel(&self, edge: u32) -> bool {
-        self.gabriel.binary_search(&edge).is_ok()
+        self.gabriel.binary_search_by_key(&edge, |link| link.edge).is_ok()
     }
 }
 

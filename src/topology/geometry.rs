@@ -64,12 +64,22 @@ fn sign(value: f64) -> Ordering {
     (value > 0.0).cmp(&(value < 0.0))
 }
 
-/// Whether `p` and `q`, on either side of the line through `a` and `b`, may lie on one circle with them. Quick; never wrong
-/// when it says no.
+/// What a quick look says about four points on one circle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cocircular {
+    /// Surely not.
+    No,
+    /// Too close to call: ask [`are_cocircular`].
+    Perhaps,
+    /// Surely.
+    Yes,
+}
+
+/// Whether `p` and `q`, on either side of the line through `a` and `b`, lie on one circle with them.
 ///
 /// They do when the angles at `p` and `q` sum to two right ones, that is, when their cotangents cancel.
 #[inline]
-pub fn may_be_cocircular(a: Position, b: Position, p: Position, q: Position) -> bool {
+pub fn quick_cocircular(a: Position, b: Position, p: Position, q: Position) -> Cocircular {
     let [left, right] = [p, q].map(|apex| {
         let (ax, ay) = (a.x() - apex.x(), a.y() - apex.y());
         let (bx, by) = (b.x() - apex.x(), b.y() - apex.y());
@@ -80,7 +90,23 @@ pub fn may_be_cocircular(a: Position, b: Position, p: Position, q: Position) -> 
     let [dot, dot_bound, cross, cross_bound] = left;
     let [other_dot, other_dot_bound, other_cross, other_cross_bound] = right;
     let cancels = dot * other_cross + other_dot * cross;
-    cancels.abs() <= 1e-14 * (dot_bound * other_cross_bound + other_dot_bound * cross_bound)
+    if cancels.abs() > 1e-14 * (dot_bound * other_cross_bound + other_dot_bound * cross_bound) {
+        Cocircular::No
+    } else if are_small_integers(a, b, p, q) {
+        if cancels == 0.0 { Cocircular::Yes } else { Cocircular::No }
+    } else {
+        Cocircular::Perhaps
+    }
+}
+
+/// Whether products of four differences of these points' coordinates are integers that doubles hold exactly: so for pixels.
+fn are_small_integers(a: Position, b: Position, p: Position, q: Position) -> bool {
+    let reach = 1024.0;
+    [a, b, p, q].iter().all(|v| {
+        let integer = |v: f64| v == v.trunc() && v.abs() < 1e15;
+        let near = |v: f64, w: f64| (v - w).abs() <= reach;
+        integer(v.x()) && integer(v.y()) && near(v.x(), a.x()) && near(v.y(), a.y())
+    })
 }
 
 /// Exact: whether `a`, `b` and `c` lie on one line.

@@ -1,17 +1,54 @@
-//! wip
-#![allow(missing_docs)]
-pub mod basins;
-pub mod cloud;
-pub mod delaunay;
-pub mod filtration;
-pub mod gaps;
-pub mod geometry;
-pub mod pipeline;
-pub mod view;
-pub mod mesh;
-pub mod position;
-pub mod reduction;
-pub mod skeleton;
-pub mod window;
-pub use cloud::*; pub use pipeline::*; pub use view::*; pub use skeleton::*; pub use window::Window;
-pub mod stages { pub use super::{basins::Basins, delaunay::Delaunay, filtration::Filtration}; }
+//! The pure core: from points to the homologically persistent skeleton of their cloud, and to what changed in it.
+//!
+//! Data flows one way, one file a stage:
+//!
+//! ```text
+//! points -> cloud -> delaunay -> mesh -> filtration -> basins -> reduction -> skeleton -> gaps -> view -> diff
+//!          (window)  (spade)            (flow, scales)          (elder rule) (HoPeS)   (DS, VS)
+//! ```
+//!
+//! [`Pipeline`] runs them all. Nothing here knows a clock, a thread, a channel, a socket, a file or a print; the only file that
+//! imports the triangulation library is `delaunay`. The terms are those of V. Kurlin, "A one-dimensional homologically
+//! persistent skeleton of an unstructured point cloud in any metric space", Computer Graphics Forum 34(5), 2015. All scales
+//! at the interface are radii.
+//!
+//! What holds throughout:
+//!
+//! * One total order decides every tie: edges by (scale, smaller end, larger end), triangles by (circumradius, corners), positions
+//!   by x, then y. So a skeleton depends on the cloud alone, not on the order of arrival, ids or history.
+//! * Angles, orientations and circles are tested exactly; which edges are in the skeleton is exact in the lengths as doubles have them.
+//! * The same cloud has the same numbers, bit for bit, however it was reached.
+
+mod basins;
+mod cloud;
+mod delaunay;
+mod diff;
+mod filtration;
+mod gaps;
+mod geometry;
+mod mesh;
+mod pipeline;
+mod position;
+mod reduction;
+mod skeleton;
+mod view;
+mod window;
+
+pub use cloud::{Cloud, CloudChange, Refusal, Slot, Vertex, VertexId};
+pub use diff::{ApplyError, Checksum, Critical, Diff, EdgeId, Presence, Snapshot};
+pub use gaps::{Gap, Margins, Selection, diagonal_gaps, select, vertical_gaps};
+pub use pipeline::{Frame, Options, Pipeline};
+pub use position::{Axis, CoordinateError, MAX_COORDINATE, MIN_COORDINATE, Position};
+pub use skeleton::{DIAGONAL, Dot, Edge, Hole, Skeleton};
+pub use view::{View, ViewSpec};
+pub use window::Window;
+
+/// The stages between the cloud and its skeleton, for those who want to run or to measure them one by one.
+pub mod stages {
+    pub use super::basins::{Basins, OUTER_BASIN};
+    pub use super::delaunay::{Delaunay, Update};
+    pub use super::filtration::{Filtration, Maximum, Suspect};
+    pub use super::geometry::Circle;
+    pub use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
+    pub use super::reduction::{Link, Pair, Reduction, TotalOrder, reduce};
+}

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::basins::Basins;
-use super::cloud::{Cloud, CloudChange, Refusal};
+use super::cloud::{Cloud, Refusal};
 use super::delaunay::Delaunay;
 use super::filtration::Filtration;
 use super::skeleton::Skeleton;
@@ -67,9 +67,9 @@ impl Frame {
 pub struct Pipeline {
     cloud: Cloud,
     delaunay: Delaunay,
-    change: CloudChange,
     committed: u64,
     time: Option<f64>,
+    points: u64,
     newest: Option<Arc<Frame>>,
     computed: u64,
 }
@@ -80,9 +80,9 @@ impl Pipeline {
         Self {
             cloud: Cloud::new(options.window, options.resolution),
             delaunay: Delaunay::default(),
-            change: CloudChange::default(),
             committed: 0,
             time: None,
+            points: 0,
             newest: None,
             computed: 0,
         }
@@ -111,30 +111,64 @@ impl Pipeline {
         self.cloud.retract(x, y).map(drop)
     }
 
-    /// Closes the frame in hand.
+    /// Moves event time forward without a point: what is too old for a time window leaves.
+    ///
+    /// # Errors
+    /// [`Refusal::TimeNotFinite`].
+    pub fn feed_time(&mut self, time: f64) -> Result<(), Refusal> {
+        self.cloud.advance_time(time)
+    }
+
+    /// Closes the frame in hand; `time` is what it shall carry. Gives its number.
     pub fn commit(&mut self, time: Option<f64>) -> u64 {
-        let change = self.cloud.commit();
-        self.change = change;
+        self.cloud.commit();
         self.committed += 1;
         self.time = time;
+        self.points = self.cloud.point_count();
         self.committed
     }
 
     /// The newest committed frame, unless it was given already.
     pub fn poll_frame(&mut self) -> Option<Arc<Frame>> {
-        let shown = self.newest.as_ref().map_or(0, |frame| frame.number);
-        if shown == self.committed { None } else { Some(self.compute()) }
+        let given = self.newest.as_ref().map_or(0, |frame| frame.number);
+        (given < self.committed).then(|| self.compute())
+    }
+
+    /// The newest frame that was given.
+    pub fn newest(&self) -> Option<&Arc<Frame>> {
+        self.newest.as_ref()
+    }
+
+    /// How many skeletons were computed so far.
+    pub fn computed(&self) -> u64 {
+        self.computed
+    }
+
+    /// Points in the window, duplicates and those of the frame in hand among them.
+    pub fn point_count(&self) -> u64 {
+        self.cloud.point_count()
     }
 
     fn compute(&mut self) -> Arc<Frame> {
-        self.delaunay.apply(&self.cloud, &self.change);
+        let change = self.cloud.take_change();
+        self.delaunay.apply(&self.cloud, &change);
         let mesh = self.delaunay.mesh();
         let filtration = Filtration::new(&mesh);
         let basins = Basins::new(&mesh, &filtration);
-        let skeleton = Skeleton::new(&self.cloud, &mesh, &filtration, &basins);
+        let skeleton = Skeleton::new(&self.cloud, &mesh, filtration, &basins);
         self.computed += 1;
-        let frame = Arc::new(Frame { number: self.committed, time: self.time, points: self.cloud.point_count(), skeleton });
+        let frame = Frame { number: self.committed, time: self.time, points: self.points, skeleton };
+        let frame = Arc::new(frame);
         self.newest = Some(Arc::clone(&frame));
         frame
+    }
+
+    /// Panics when the engine contradicts itself. For tests.
+    #[doc(hidden)]
+    pub fn check_invariants(&self) {
+        self.cloud.check_invariants();
+        if self.newest.as_ref().is_some_and(|frame| frame.number == self.committed) {
+            self.delaunay.check_invariants(&self.cloud);
+        }
     }
 }

@@ -74,10 +74,7 @@ impl Position {
     /// # Errors
     /// [`CoordinateError`] when a coordinate is not finite or outside the limits of exact arithmetic.
     pub fn new(x: f64, y: f64) -> Result<Self, CoordinateError> {
-        Ok(Self {
-            x: coordinate(Axis::X, x)?,
-            y: coordinate(Axis::Y, y)?,
-        })
+        Ok(Self { x: coordinate(Axis::X, x)?, y: coordinate(Axis::Y, y)? })
     }
 
     /// The nearest node of the grid of step `resolution` (halves away from zero).

@@ -68,9 +68,13 @@ pub fn reduce(order: &impl TotalOrder, node_count: usize, mut links: Vec<Link>) 
         order,
         elder: (0..node_count as u32).collect(),
         open: (0..node_count as u32).map(|node| order.is_open(node)).collect(),
-        result: Reduction::default(),
+        result: Reduction {
+            pairs: Vec::with_capacity(node_count),
+            tree: Vec::with_capacity((links.len() + 1).saturating_sub(node_count)),
+            links: Vec::new(),
+        },
     };
-    let mut latest = vec![NONE; node_count];
+    let mut latest = vec![Latest::default(); node_count];
     state.contract(&mut links, &mut latest);
     loop {
         let before = links.len();
@@ -88,9 +92,23 @@ pub fn reduce(order: &impl TotalOrder, node_count: usize, mut links: Vec<Link>) 
 
 const NONE: u32 = u32::MAX;
 
+/// The last link of a node, in the order: its place among the links, and its scale once more, to spare a look there.
+#[derive(Clone, Copy)]
+struct Latest {
+    scale: f64,
+    link: u32,
+}
+
+impl Default for Latest {
+    fn default() -> Self {
+        Self { scale: f64::NEG_INFINITY, link: NONE }
+    }
+}
+
 #[inline]
 fn compare_links(order: &impl TotalOrder, a: &Link, b: &Link) -> Ordering {
-    match a.scale.total_cmp(&b.scale) {
+    // Scales are no NaN: plain comparisons are a total order.
+    match (a.scale > b.scale).cmp(&(a.scale < b.scale)) {
         Ordering::Equal => order.break_tie(a.edge, b.edge),
         decided => decided,
     }
@@ -142,25 +160,29 @@ impl<O: TotalOrder> State<'_, O> {
     ///
     /// The last link of a closed component in the order is where it meets its first neighbour, all of it; if the neighbour's maximum is
     /// elder, then so is that of whatever the neighbour has become by then. Every such component can go at once.
-    fn take_apparent(&mut self, links: &mut Vec<Link>, latest: &mut [u32]) {
+    fn take_apparent(&mut self, links: &mut Vec<Link>, latest: &mut [Latest]) {
         for (index, link) in links.iter().enumerate() {
             for node in link.ends {
                 let best = &mut latest[node as usize];
-                if *best == NONE || compare_links(self.order, &links[*best as usize], link) == Ordering::Less {
-                    *best = index as u32;
+                let is_later = link.scale > best.scale
+                    || link.scale == best.scale
+                        && self.order.break_tie(links[best.link as usize].edge, link.edge) == Ordering::Less;
+                if is_later {
+                    *best = Latest { scale: link.scale, link: index as u32 };
                 }
             }
         }
-        for index in 0..links.len() {
-            let Link { ends: [a, b], edge, .. } = links[index];
+        for (index, link) in links.iter_mut().enumerate() {
+            let [a, b] = link.ends;
             for (younger, elder) in [(a, b), (b, a)] {
-                if latest[younger as usize] == index as u32
+                if latest[younger as usize].link == index as u32
                     && !self.open[younger as usize]
                     && self.order.compare_nodes(younger, elder) == Ordering::Less
                 {
-                    self.result.pairs.push(Pair { edge, death: younger });
+                    self.result.pairs.push(Pair { edge: link.edge, death: younger });
                     self.elder[younger as usize] = elder;
-                    links[index].edge = NONE;
+                    link.edge = NONE;
+                    break;
                 }
             }
         }
@@ -168,10 +190,10 @@ impl<O: TotalOrder> State<'_, O> {
     }
 
     /// Moves links to the roots of their ends and drops loops, which are edges of the tree.
-    fn contract(&mut self, links: &mut Vec<Link>, latest: &mut [u32]) {
+    fn contract(&mut self, links: &mut Vec<Link>, latest: &mut [Latest]) {
         links.retain_mut(|link| {
             for node in link.ends {
-                latest[node as usize] = NONE;
+                latest[node as usize] = Latest::default();
             }
             if link.edge == NONE {
                 return false;

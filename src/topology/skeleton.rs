@@ -10,12 +10,12 @@
 
 use std::cmp::Ordering;
 
-use super::basins::{Basins, OUTER_BASIN};
+use super::basins::Basins;
 use super::cloud::{Cloud, Vertex};
 use super::filtration::Filtration;
 use super::geometry::{circumcircle, distance, half_length_squared};
 use super::mesh::Mesh;
-use super::reduction::{Link, Pair, TotalOrder, reduce};
+use super::reduction::{Pair, TotalOrder, reduce};
 
 /// A dot whose persistence is at most this share of its death is rounding, not topology.
 pub const DIAGONAL: f64 = 1e-12;
@@ -63,9 +63,12 @@ pub struct Skeleton {
 
 impl Skeleton {
     /// Computes the skeleton of a cloud's vertices as of its last commit, which are the sites of the mesh.
-    pub fn new(cloud: &Cloud, mesh: &Mesh, filtration: &Filtration, basins: &Basins) -> Self {
-        let links = dual_links(mesh, filtration, basins);
-        let reduction = reduce(&Dual { mesh, basins }, basins.all().len(), links);
+    pub fn new(cloud: &Cloud, mesh: &Mesh, filtration: Filtration, basins: &Basins) -> Self {
+        let mut links = filtration.into_gabriel();
+        for link in &mut links {
+            link.ends = link.ends.map(|face| basins.of_face(face));
+        }
+        let reduction = reduce(&Dual { mesh, basins }, basins.count(), links);
         let (vertices, rank) = ranked_vertices(cloud, mesh);
         let edge_of = |edge: u32| {
             let [a, b] = mesh.edges()[edge as usize].ends.map(|site| rank[site as usize]);
@@ -73,12 +76,13 @@ impl Skeleton {
         };
         let mut tree: Vec<Edge> = reduction.tree.iter().map(|&edge| edge_of(edge)).collect();
         tree.sort_unstable();
-        let dots = reduction.pairs.iter().filter_map(|&pair| {
+        let mut dots = Vec::with_capacity(reduction.pairs.len());
+        dots.extend(reduction.pairs.iter().filter_map(|&pair| {
             let (birth, death) = label(mesh, basins, pair)?;
-            let triangle = basins.all()[pair.death as usize].triangle.map(|site| rank[site as usize]);
+            let triangle = basins.triangle(pair.death).map(|site| rank[site as usize]);
             Some(Dot { birth, death, edge: edge_of(pair.edge), triangle })
-        });
-        Self { vertices, tree, dots: by_persistence(dots.collect()) }
+        }));
+        Self { vertices, tree, dots: by_persistence(&dots) }
     }
 
     /// The vertices of the cloud, by id.
@@ -138,25 +142,15 @@ fn ranked_vertices(cloud: &Cloud, mesh: &Mesh) -> (Vec<Vertex>, Vec<u32>) {
     (vertices, rank)
 }
 
-/// Gabriel edges as links between the basins beside them.
-fn dual_links(mesh: &Mesh, filtration: &Filtration, basins: &Basins) -> Vec<Link> {
-    let link = |&edge: &u32| {
-        let at = &mesh.edges()[edge as usize];
-        let [a, b] = at.ends.map(|site| mesh.position(site));
-        Link { scale: half_length_squared(a, b), ends: at.faces.map(|face| basins.of_face(face)), edge }
-    };
-    filtration.gabriel().iter().map(link).collect()
-}
-
 /// The label of a pair's critical edge, unless its dot is on the diagonal.
 fn label(mesh: &Mesh, basins: &Basins, pair: Pair) -> Option<(f64, f64)> {
     let [a, b] = mesh.edges()[pair.edge as usize].ends.map(|site| mesh.position(site));
     let birth = half_length_squared(a, b).sqrt();
-    let death = basins.all()[pair.death as usize].weight.sqrt();
+    let death = basins.weight(pair.death).sqrt();
     (death - birth > DIAGONAL * death).then_some((birth, death))
 }
 
-fn by_persistence(dots: Vec<Dot>) -> Vec<Dot> {
+fn by_persistence(dots: &[Dot]) -> Vec<Dot> {
     // Positive doubles are in the order of their bits, so small keys can be sorted in place of large dots.
     let mut keyed: Vec<(u64, u32)> =
         dots.iter().enumerate().map(|(index, dot)| (!dot.persistence().to_bits(), index as u32)).collect();
@@ -183,15 +177,14 @@ struct Dual<'a> {
 }
 
 impl TotalOrder for Dual<'_> {
+    #[inline]
     fn break_tie(&self, a: u32, b: u32) -> Ordering {
         self.mesh.ordered_ends(a).cmp(&self.mesh.ordered_ends(b))
     }
 
+    #[inline]
     fn compare_nodes(&self, a: u32, b: u32) -> Ordering {
-        match (a == OUTER_BASIN, b == OUTER_BASIN) {
-            (false, false) => self.basins.compare(self.mesh, a, b),
-            (a_is_outer, b_is_outer) => a_is_outer.cmp(&b_is_outer),
-        }
+        self.basins.compare(self.mesh, a, b)
     }
 
     fn is_open(&self, _: u32) -> bool {
