@@ -1,1 +1,52 @@
-fn main() {}
+//! The program `hopes`: points in at one end, the skeleton's changes out at the other.
+//!
+//! In: arguments. Out: an exit code: 0 done (a closed pipe and a polite signal are no errors), 1 failed, 2 wrong usage, 3 input
+//! refused under `--strict`. Stdout carries data, stderr carries logs. Must not know: geometry; what a subcommand does.
+
+mod cli;
+mod daemon;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use cli::{Cli, Failure};
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    log_to_stderr(cli.verbose, cli.quiet);
+    match cli.run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Refused(reason)) => {
+            tracing::error!("{reason}");
+            ExitCode::from(3)
+        }
+        Err(Failure::Failed(error)) if is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Err(Failure::Failed(error)) => {
+            tracing::error!("{error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn log_to_stderr(verbose: u8, quiet: bool) {
+    let level = match (quiet, verbose) {
+        (true, _) => tracing::Level::ERROR,
+        (false, 0) => tracing::Level::INFO,
+        (false, 1) => tracing::Level::DEBUG,
+        (false, _) => tracing::Level::TRACE,
+    };
+    tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::IsTerminal::is_terminal(&std::io::stderr()))
+        .with_target(false)
+        .without_time()
+        .init();
+}
+
+/// Whoever reads our output may stop when they have seen enough.
+fn is_closed_pipe(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| {
+        cause.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+    })
+}

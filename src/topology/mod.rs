@@ -30,6 +30,7 @@ mod mesh;
 mod pipeline;
 mod position;
 mod reduction;
+mod simplify;
 mod skeleton;
 mod view;
 mod window;
@@ -39,6 +40,7 @@ pub use diff::{ApplyError, Checksum, Critical, Diff, EdgeId, Presence, Snapshot}
 pub use gaps::{Gap, Margins, Selection, diagonal_gaps, select, vertical_gaps};
 pub use pipeline::{Frame, Options, Pipeline};
 pub use position::{Axis, CoordinateError, MAX_COORDINATE, MIN_COORDINATE, Position};
+pub use simplify::{Simplified, simplify};
 pub use skeleton::{DIAGONAL, Dot, Edge, Hole, Skeleton};
 pub use view::{View, ViewSpec};
 pub use window::Window;

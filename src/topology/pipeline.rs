@@ -111,6 +111,12 @@ impl Pipeline {
         self.cloud.retract(x, y).map(drop)
     }
 
+    /// Takes back many points, and says which were not there: places in `points`, and why.
+    pub fn feed_retractions(&mut self, points: &[[f64; 2]]) -> Vec<(usize, Refusal)> {
+        let refused = |(index, &[x, y]): (usize, &[f64; 2])| Some((index, self.cloud.retract(x, y).err()?));
+        points.iter().enumerate().filter_map(refused).collect()
+    }
+
     /// Moves event time forward without a point: what is too old for a time window leaves.
     ///
     /// # Errors

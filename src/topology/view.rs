@@ -9,7 +9,7 @@
 use std::num::NonZeroU32;
 
 use super::gaps::{Selection, TOLERANCE, select};
-use super::skeleton::{Edge, Skeleton};
+use super::skeleton::{Edge, Skeleton, compensated_sum};
 
 /// Which part of a skeleton is asked for. Scales are radii.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,6 +95,12 @@ impl View {
             tree,
             critical,
         }
+    }
+
+    /// Total length of the edges shown.
+    pub fn length(&self, skeleton: &Skeleton) -> f64 {
+        let edges = self.tree.iter().copied().chain(self.critical_edges(skeleton));
+        compensated_sum(edges.map(|edge| skeleton.length(edge)))
     }
 
     /// The critical edges shown, in the order of the dots.

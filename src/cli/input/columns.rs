@@ -65,11 +65,7 @@ pub enum ColumnsError {
 
 impl Default for Columns {
     fn default() -> Self {
-        Self {
-            x: Column::Place(0),
-            y: Column::Place(1),
-            time: None,
-        }
+        Self { x: Column::Place(0), y: Column::Place(1), time: None }
     }
 }
 
@@ -77,38 +73,18 @@ impl FromStr for Columns {
     type Err = ColumnsError;
 
     fn from_str(choice: &str) -> Result<Self, ColumnsError> {
-        let mut entries = choice
-            .split(',')
-            .zip(1..)
-            .map(|(text, entry)| column(text, entry));
-        let (Some(x), Some(y), time, None) = (
-            entries.next(),
-            entries.next(),
-            entries.next(),
-            entries.next(),
-        ) else {
-            return Err(ColumnsError::Count {
-                found: choice.split(',').count(),
-            });
+        let mut entries = choice.split(',').zip(1..).map(|(text, entry)| column(text, entry));
+        let (Some(x), Some(y), time, None) = (entries.next(), entries.next(), entries.next(), entries.next()) else {
+            return Err(ColumnsError::Count { found: choice.split(',').count() });
         };
-        let columns = Self {
-            x: x?,
-            y: y?,
-            time: time.transpose()?,
-        };
-        if columns.x == columns.y {
-            Err(ColumnsError::Same)
-        } else {
-            Ok(columns)
-        }
+        let columns = Self { x: x?, y: y?, time: time.transpose()? };
+        if columns.x == columns.y { Err(ColumnsError::Same) } else { Ok(columns) }
     }
 }
 
 fn column(text: &str, entry: usize) -> Result<Column, ColumnsError> {
     let text = text.trim();
-    let quoted = text
-        .strip_prefix('"')
-        .and_then(|text| text.strip_suffix('"'));
+    let quoted = text.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
     let name = quoted.unwrap_or(text).trim();
     if name.is_empty() {
         return Err(ColumnsError::Empty { entry });
@@ -117,9 +93,7 @@ fn column(text: &str, entry: usize) -> Result<Column, ColumnsError> {
         Ok(number @ 1..) => Ok(Column::Place(number - 1)),
         // `nan` and `inf` are names; `-1`, `0` and `1.5` are slips.
         _ if text.parse::<f64>().is_ok() && text.ends_with(|c: char| c.is_ascii_digit()) => {
-            Err(ColumnsError::NotAColumn {
-                number: text.to_owned(),
-            })
+            Err(ColumnsError::NotAColumn { number: text.to_owned() })
         }
         _ => Ok(Column::Name(name.to_owned())),
     }
@@ -133,18 +107,11 @@ impl Columns {
 
     /// The places of the chosen columns, where `header` knows the place of a name; or the first
     /// name it does not know. Names are compared exactly.
-    pub(super) fn find(
-        &self,
-        mut header: impl FnMut(&str) -> Option<usize>,
-    ) -> Result<Places, &str> {
+    pub(super) fn find(&self, mut header: impl FnMut(&str) -> Option<usize>) -> Result<Places, &str> {
         Ok(Places {
             x: self.x.find(&mut header)?,
             y: self.y.find(&mut header)?,
-            time: self
-                .time
-                .as_ref()
-                .map(|time| time.find(&mut header))
-                .transpose()?,
+            time: self.time.as_ref().map(|time| time.find(&mut header)).transpose()?,
         })
     }
 }
@@ -171,25 +138,10 @@ mod tests {
         let cases = [
             ("1,2", Column::Place(0), Column::Place(1), None),
             (" 3 , 4 ", Column::Place(2), Column::Place(3), None),
-            (
-                "2,1,3",
-                Column::Place(1),
-                Column::Place(0),
-                Some(Column::Place(2)),
-            ),
-            (
-                "1,2,1",
-                Column::Place(0),
-                Column::Place(1),
-                Some(Column::Place(0)),
-            ),
+            ("2,1,3", Column::Place(1), Column::Place(0), Some(Column::Place(2))),
+            ("1,2,1", Column::Place(0), Column::Place(1), Some(Column::Place(0))),
             ("lon,lat", name("lon"), name("lat"), None),
-            (
-                "x,2,time stamp",
-                name("x"),
-                Column::Place(1),
-                Some(name("time stamp")),
-            ),
+            ("x,2,time stamp", name("x"), Column::Place(1), Some(name("time stamp"))),
             ("\"2020\",\"2021\"", name("2020"), name("2021"), None),
             ("nan,2nd", name("nan"), name("2nd"), None),
         ];
@@ -201,9 +153,7 @@ mod tests {
 
     #[test]
     fn what_is_malformed_is_refused() {
-        let number = |number: &str| ColumnsError::NotAColumn {
-            number: number.to_owned(),
-        };
+        let number = |number: &str| ColumnsError::NotAColumn { number: number.to_owned() };
         let cases = [
             ("", ColumnsError::Count { found: 1 }),
             ("1", ColumnsError::Count { found: 1 }),
@@ -215,10 +165,7 @@ mod tests {
             ("0,1", number("0")),
             ("1,-2", number("-2")),
             ("1.5,2", number("1.5")),
-            (
-                "1,99999999999999999999999",
-                number("99999999999999999999999"),
-            ),
+            ("1,99999999999999999999999", number("99999999999999999999999")),
             ("2,2", ColumnsError::Same),
             ("lat,lat", ColumnsError::Same),
         ];
@@ -232,14 +179,7 @@ mod tests {
         let header = |name: &str| ["id", "lon", "lat"].iter().position(|known| *known == name);
         let columns: Columns = "lon,lat,1".parse().unwrap();
         assert_eq!(columns.places(), None);
-        assert_eq!(
-            columns.find(header),
-            Ok(Places {
-                x: 1,
-                y: 2,
-                time: Some(0)
-            })
-        );
+        assert_eq!(columns.find(header), Ok(Places { x: 1, y: 2, time: Some(0) }));
         let columns: Columns = "lon,alt".parse().unwrap();
         assert_eq!(columns.find(header), Err("alt"));
     }

@@ -88,11 +88,7 @@ impl fmt::Display for Field {
             Self::Column(number) => write!(f, "column {number}"),
             Self::Byte(number) => write!(f, "byte {number}"),
             Self::Member(member) => member.fmt(f),
-            Self::Listed {
-                list,
-                point,
-                coordinate,
-            } => {
+            Self::Listed { list, point, coordinate } => {
                 write!(f, "{list}, point {point}")?;
                 coordinate.map_or(Ok(()), |coordinate| write!(f, ", {coordinate}"))
             }
@@ -121,15 +117,8 @@ pub enum Member {
 
 impl Member {
     /// Every member, in the order of the variants.
-    pub(super) const ALL: [Self; 7] = [
-        Self::X,
-        Self::Y,
-        Self::T,
-        Self::Points,
-        Self::Retract,
-        Self::Commit,
-        Self::Time,
-    ];
+    pub(super) const ALL: [Self; 7] =
+        [Self::X, Self::Y, Self::T, Self::Points, Self::Retract, Self::Commit, Self::Time];
 
     /// Its name in a JSON object.
     pub const fn name(self) -> &'static str {
@@ -252,17 +241,11 @@ pub(super) struct Fault {
 
 impl Fault {
     pub(super) fn of_line(reason: BadLineReason) -> Self {
-        Self {
-            field: None,
-            reason,
-        }
+        Self { field: None, reason }
     }
 
     pub(super) fn at(field: Field, reason: BadLineReason) -> Self {
-        Self {
-            field: Some(field),
-            reason,
-        }
+        Self { field: Some(field), reason }
     }
 
     pub(super) fn of_member(member: Member, reason: BadLineReason) -> Self {
@@ -270,10 +253,6 @@ impl Fault {
     }
 
     pub(super) fn on_line(self, line: u64) -> BadLine {
-        BadLine {
-            line,
-            field: self.field,
-            reason: self.reason,
-        }
+        BadLine { line, field: self.field, reason: self.reason }
     }
 }

@@ -36,28 +36,18 @@ fn parse_array(line: &str, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> 
     let row: Row = serde_json::from_str(line).map_err(|error| json_fault(&error))?;
     let [x, y, t] = row.elements;
     if !matches!(row.length, 2 | 3) {
-        let reason = BadLineReason::WrongLength {
-            found: row.length,
-            expected: "[x,y] or [x,y,t]",
-        };
+        let reason = BadLineReason::WrongLength { found: row.length, expected: "[x,y] or [x,y,t]" };
         return Err(Fault::of_line(reason));
     }
     points.push([number(x, Member::X)?, number(y, Member::Y)?]);
-    Ok(Parsed::Points {
-        time: number_or_null(t, Member::T)?,
-    })
+    Ok(Parsed::Points { time: number_or_null(t, Member::T)? })
 }
 
 fn parse_object(line: &str, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
     let mut fault = None;
     let mut json = serde_json::Deserializer::from_str(line);
-    let object = Object {
-        points,
-        fault: &mut fault,
-    };
-    let members = object
-        .deserialize(&mut json)
-        .and_then(|members| json.end().map(|()| members));
+    let object = Object { points, fault: &mut fault };
+    let members = object.deserialize(&mut json).and_then(|members| json.end().map(|()| members));
     match (members, fault) {
         (_, Some(fault)) => Err(fault),
         (Err(error), None) => Err(json_fault(&error)),
@@ -70,12 +60,8 @@ fn parse_object(line: &str, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault>
 fn json_fault(error: &serde_json::Error) -> Fault {
     let text = error.to_string();
     // The parser counts lines within the text it is given, which is always one line here.
-    let message = text
-        .rsplit_once(" at line ")
-        .map_or(text.as_str(), |(message, _)| message);
-    let reason = BadLineReason::Json {
-        message: message.to_owned(),
-    };
+    let message = text.rsplit_once(" at line ").map_or(text.as_str(), |(message, _)| message);
+    let reason = BadLineReason::Json { message: message.to_owned() };
     Fault::at(Field::Byte(error.column()), reason)
 }
 
@@ -94,9 +80,7 @@ fn number_or_null(value: Scalar, member: Member) -> Result<Option<f64>, Fault> {
 }
 
 fn not_a_number(value: &Scalar) -> BadLineReason {
-    BadLineReason::NotAJsonNumber {
-        found: value.to_string(),
-    }
+    BadLineReason::NotAJsonNumber { found: value.to_string() }
 }
 
 /// A list of points, which go into `points`. What JSON has no word for goes into `fault`.
@@ -140,21 +124,14 @@ impl<'de> Visitor<'de> for List<'_> {
 }
 
 fn listed_point(row: Row, list: Member, point: usize) -> Result<[f64; 2], Fault> {
-    let at = |coordinate| Field::Listed {
-        list,
-        point,
-        coordinate,
-    };
+    let at = |coordinate| Field::Listed { list, point, coordinate };
     let [x, y, _] = row.elements;
     match (row.length, x, y) {
         (2, Scalar::Number(x), Scalar::Number(y)) => Ok([x, y]),
         (2, Scalar::Number(_), y) => Err(Fault::at(at(Some(Member::Y)), not_a_number(&y))),
         (2, x, _) => Err(Fault::at(at(Some(Member::X)), not_a_number(&x))),
         (found, ..) => {
-            let reason = BadLineReason::WrongLength {
-                found,
-                expected: "[x,y]",
-            };
+            let reason = BadLineReason::WrongLength { found, expected: "[x,y]" };
             Err(Fault::at(at(None), reason))
         }
     }
@@ -205,19 +182,11 @@ impl<'de> Visitor<'de> for Object<'_> {
 }
 
 impl Object<'_> {
-    fn value<'de, A: MapAccess<'de>>(
-        &mut self,
-        member: Member,
-        source: &mut A,
-    ) -> Result<Scalar, A::Error> {
+    fn value<'de, A: MapAccess<'de>>(&mut self, member: Member, source: &mut A) -> Result<Scalar, A::Error> {
         if !matches!(member, Member::Points | Member::Retract) {
             return source.next_value();
         }
-        let list = List {
-            list: member,
-            points: &mut *self.points,
-            fault: &mut *self.fault,
-        };
+        let list = List { list: member, points: &mut *self.points, fault: &mut *self.fault };
         source.next_value_seed(list).map(|()| Scalar::Array)
     }
 }
@@ -238,9 +207,7 @@ impl Members {
     /// Decides which form the object has, and reads it as that.
     fn assemble(mut self, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
         match self.form()? {
-            Member::Points => Ok(Parsed::Points {
-                time: self.time(Member::T)?,
-            }),
+            Member::Points => Ok(Parsed::Points { time: self.time(Member::T)? }),
             Member::Retract => Ok(Parsed::Retract),
             Member::Commit => self.commit(),
             _ => self.point(points),
@@ -249,19 +216,13 @@ impl Members {
 
     /// The member that stands for the form; for a single point, either coordinate.
     fn form(&self) -> Result<Member, Fault> {
-        let coordinate = if self.has(Member::X) {
-            Member::X
-        } else {
-            Member::Y
-        };
+        let coordinate = if self.has(Member::X) { Member::X } else { Member::Y };
         let mut forms = [coordinate, Member::Points, Member::Retract, Member::Commit]
             .into_iter()
             .filter(|&member| self.has(member));
         match (forms.next(), forms.next()) {
             (Some(form), None) => Ok(form),
-            (Some(other), Some(form)) => {
-                Err(Fault::of_member(form, BadLineReason::Conflict { other }))
-            }
+            (Some(other), Some(form)) => Err(Fault::of_member(form, BadLineReason::Conflict { other })),
             (None, _) => Err(Fault::of_line(BadLineReason::NothingKnown)),
         }
     }
@@ -270,9 +231,7 @@ impl Members {
         let x = self.coordinate(Member::X)?;
         let y = self.coordinate(Member::Y)?;
         points.push([x, y]);
-        Ok(Parsed::Points {
-            time: self.time(Member::T)?,
-        })
+        Ok(Parsed::Points { time: self.time(Member::T)? })
     }
 
     fn coordinate(&mut self, member: Member) -> Result<f64, Fault> {
@@ -287,20 +246,11 @@ impl Members {
             Some(Scalar::Bool(true)) => {}
             other => {
                 let found = other.unwrap_or_default().to_string();
-                return Err(Fault::of_member(
-                    Member::Commit,
-                    BadLineReason::NotTrue { found },
-                ));
+                return Err(Fault::of_member(Member::Commit, BadLineReason::NotTrue { found }));
             }
         }
         let time = self.time(Member::Time)?;
-        Ok(Parsed::Commit {
-            time: if time.is_some() {
-                time
-            } else {
-                self.time(Member::T)?
-            },
-        })
+        Ok(Parsed::Commit { time: if time.is_some() { time } else { self.time(Member::T)? } })
     }
 
     fn time(&mut self, member: Member) -> Result<Option<f64>, Fault> {

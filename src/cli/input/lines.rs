@@ -80,9 +80,12 @@ impl<R: Read> Lines<R> {
             }
             self.fill()?;
         };
-        Ok(Some(whole.map_or(Line::TooLong, |range| {
-            Line::Whole(self.content(range))
-        })))
+        Ok(Some(whole.map_or(Line::TooLong, |range| Line::Whole(self.content(range)))))
+    }
+
+    /// Whether a whole line has arrived that was not handed out yet.
+    pub(super) fn has_line(&self) -> bool {
+        memchr(b'\n', &self.buffer[self.searched..self.filled]).is_some()
     }
 
     /// How many bytes a line may have.
@@ -254,22 +257,13 @@ mod tests {
 
     #[test]
     fn interruptions_are_not_errors() {
-        let steps = [
-            Ok("a"),
-            Err(io::ErrorKind::Interrupted),
-            Ok("b\n"),
-            Err(io::ErrorKind::Interrupted),
-            Ok(""),
-        ];
+        let steps = [Ok("a"), Err(io::ErrorKind::Interrupted), Ok("b\n"), Err(io::ErrorKind::Interrupted), Ok("")];
         assert_eq!(all(script(&steps), 100), [whole("ab")]);
     }
 
     #[test]
     fn an_error_loses_nothing() {
-        let mut lines = Lines::new(
-            script(&[Ok("a"), Err(io::ErrorKind::WouldBlock), Ok("b\n")]),
-            100,
-        );
+        let mut lines = Lines::new(script(&[Ok("a"), Err(io::ErrorKind::WouldBlock), Ok("b\n")]), 100);
         assert_eq!(lines.next().unwrap_err().kind(), io::ErrorKind::WouldBlock);
         assert_eq!(lines.next().unwrap(), Some(Line::Whole(b"ab")));
     }
@@ -278,10 +272,7 @@ mod tests {
     fn a_long_line_is_skipped_wherever_reads_cut_it() {
         let long = [None, whole("b")];
         assert_eq!(all(&b"aaaa\nb"[..], 3), long);
-        assert_eq!(
-            all(script(&[Ok("aa"), Ok("aa"), Ok("aa\nb"), Ok("")]), 3),
-            long
-        );
+        assert_eq!(all(script(&[Ok("aa"), Ok("aa"), Ok("aa\nb"), Ok("")]), 3), long);
         assert_eq!(all(script(&[Ok("aaaa"), Ok("\nb"), Ok("")]), 3), long);
         assert_eq!(all(&b"aaa\naaaa"[..], 3), [whole("aaa"), None]);
         assert_eq!(all(&b"aaa\n\n"[..], 0), [None, whole("")]);
@@ -294,11 +285,7 @@ mod tests {
             let whole = matches!(lines.next().unwrap(), Some(Line::Whole(_)));
             assert_eq!(whole, length <= limit as u64);
             assert_eq!(lines.consumed(), length);
-            assert!(
-                lines.buffer.capacity() <= limit + CHUNK,
-                "{limit}: {}",
-                lines.buffer.capacity()
-            );
+            assert!(lines.buffer.capacity() <= limit + CHUNK, "{limit}: {}", lines.buffer.capacity());
         }
     }
 

@@ -30,9 +30,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self {
-            line_bytes: 16 * 1024 * 1024,
-        }
+        Self { line_bytes: 16 * 1024 * 1024 }
     }
 }
 
@@ -59,11 +57,7 @@ impl<R: Read> Reader<R> {
             Format::Text => Content::Table(Table::new(columns)),
             Format::JsonLines => Content::Json,
         };
-        Self {
-            lines: Lines::new(source, limits.line_bytes),
-            content,
-            points: Vec::new(),
-        }
+        Self { lines: Lines::new(source, limits.line_bytes), content, points: Vec::new() }
     }
 
     /// The next record; none at the end of the source.
@@ -85,6 +79,11 @@ impl<R: Read> Reader<R> {
         Ok(parsed.and_then(|parsed| parsed.into_record(self.lines.number(), &self.points)))
     }
 
+    /// Whether the next record is at hand, so that asking for it would not wait for the source.
+    pub fn is_ready(&self) -> bool {
+        self.lines.has_line()
+    }
+
     /// The number of the line of the last record, counted from 1; 0 before the first. After the end
     /// it is the number of lines.
     pub fn line(&self) -> u64 {
@@ -104,17 +103,10 @@ impl<R: Read> Reader<R> {
             Ok(Some(Line::TooLong)) => return Ok(Some(self.too_long())),
             Ok(None) => return Ok(None),
             Err(source) => {
-                return Err(ReadError::Io {
-                    line: number,
-                    source,
-                });
+                return Err(ReadError::Io { line: number, source });
             }
         };
-        let line = if number == 1 {
-            without_mark(line)
-        } else {
-            line
-        };
+        let line = if number == 1 { without_mark(line) } else { line };
         self.content
             .parse(line, &mut self.points)
             .map(Some)
@@ -122,9 +114,7 @@ impl<R: Read> Reader<R> {
     }
 
     fn too_long(&self) -> Parsed {
-        Parsed::Bad(Fault::of_line(BadLineReason::TooLong {
-            limit: self.lines.limit(),
-        }))
+        Parsed::Bad(Fault::of_line(BadLineReason::TooLong { limit: self.lines.limit() }))
     }
 }
 
@@ -152,8 +142,7 @@ fn without_mark(line: &[u8]) -> &[u8] {
 }
 
 fn text(line: &[u8]) -> Result<&str, Fault> {
-    std::str::from_utf8(line)
-        .map_err(|error| Fault::at(Field::Byte(error.valid_up_to() + 1), BadLineReason::NotUtf8))
+    std::str::from_utf8(line).map_err(|error| Fault::at(Field::Byte(error.valid_up_to() + 1), BadLineReason::NotUtf8))
 }
 
 fn unknown_column(line: u64, name: String, header: &[u8]) -> ReadError {

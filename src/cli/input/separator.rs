@@ -27,27 +27,18 @@ impl Separator {
     pub(super) fn candidates(line: &str) -> impl Iterator<Item = Self> {
         [Self::Tab, Self::Semicolon, Self::Comma, Self::Blanks]
             .into_iter()
-            .filter(|separator| {
-                separator
-                    .byte()
-                    .is_none_or(|byte| line.as_bytes().contains(&byte))
-            })
+            .filter(|separator| separator.byte().is_none_or(|byte| line.as_bytes().contains(&byte)))
     }
 
     /// The likeliest separator of a line that fits; if none does, the likeliest.
     pub(super) fn fitting(line: &str, fits: impl Fn(Self) -> bool) -> Self {
         let likeliest = Self::candidates(line).next().unwrap_or(Self::Blanks);
-        Self::candidates(line)
-            .find(|&separator| fits(separator))
-            .unwrap_or(likeliest)
+        Self::candidates(line).find(|&separator| fits(separator)).unwrap_or(likeliest)
     }
 
     /// Cuts a line into fields. There is always at least one, except between blanks.
     pub(super) fn split(self, line: &str) -> Fields<'_> {
-        Fields {
-            rest: Some(line),
-            separator: self,
-        }
+        Fields { rest: Some(line), separator: self }
     }
 
     fn byte(self) -> Option<u8> {
@@ -115,14 +106,8 @@ impl Fields<'_> {
     /// Where the first field ends. A field in quotes may contain separators.
     #[inline]
     fn end_of_field(&self, rest: &str) -> usize {
-        let from = if rest.starts_with('"') {
-            end_of_quotes(rest).unwrap_or(0)
-        } else {
-            0
-        };
-        let found = rest.as_bytes()[from..]
-            .iter()
-            .position(|&byte| self.separator.matches(byte));
+        let from = if rest.starts_with('"') { end_of_quotes(rest).unwrap_or(0) } else { 0 };
+        let found = rest.as_bytes()[from..].iter().position(|&byte| self.separator.matches(byte));
         found.map_or(rest.len(), |offset| from + offset)
     }
 }
@@ -141,9 +126,7 @@ fn end_of_quotes(rest: &str) -> Option<usize> {
 }
 
 fn unquote(field: &str) -> &str {
-    let inside = field
-        .strip_prefix('"')
-        .and_then(|field| field.strip_suffix('"'));
+    let inside = field.strip_prefix('"').and_then(|field| field.strip_suffix('"'));
     inside.map_or(field, |inside| inside.trim_matches([' ', '\t']))
 }
 
@@ -185,14 +168,8 @@ mod tests {
         assert_eq!(split(Separator::Comma, ",,"), ["", "", ""]);
         assert_eq!(split(Separator::Comma, ""), [""]);
         assert_eq!(split(Separator::Semicolon, "1,5;2,5"), ["1,5", "2,5"]);
-        assert_eq!(
-            split(Separator::Tab, "New York\t1\t2"),
-            ["New York", "1", "2"]
-        );
-        assert_eq!(
-            split(Separator::Tab, "\t1\t\t 2 \t"),
-            ["", "1", "", "2", ""]
-        );
+        assert_eq!(split(Separator::Tab, "New York\t1\t2"), ["New York", "1", "2"]);
+        assert_eq!(split(Separator::Tab, "\t1\t\t 2 \t"), ["", "1", "", "2", ""]);
         assert_eq!(split(Separator::Blanks, "  1 \t 2  "), ["1", "2"]);
         assert_eq!(split(Separator::Blanks, ""), [""; 0]);
         assert_eq!(split(Separator::Blanks, "1\r2 3"), ["1\r2", "3"]);
@@ -201,10 +178,7 @@ mod tests {
     #[test]
     fn quotes_are_stripped_and_protect_separators() {
         assert_eq!(split(Separator::Comma, r#""1.5"," 2 ""#), ["1.5", "2"]);
-        assert_eq!(
-            split(Separator::Comma, r#""Bonn, am Rhein",7,51"#),
-            ["Bonn, am Rhein", "7", "51"]
-        );
+        assert_eq!(split(Separator::Comma, r#""Bonn, am Rhein",7,51"#), ["Bonn, am Rhein", "7", "51"]);
         assert_eq!(split(Separator::Comma, r#""a""b,c",1"#), [r#"a""b,c"#, "1"]);
         assert_eq!(split(Separator::Blanks, r#""x of it" y"#), ["x of it", "y"]);
     }
@@ -228,11 +202,7 @@ mod tests {
             (r##""a"#"b""##, r#""a""#),
         ];
         for (line, content) in cases {
-            assert_eq!(
-                without_comment(line.as_bytes()),
-                content.as_bytes(),
-                "{line}"
-            );
+            assert_eq!(without_comment(line.as_bytes()), content.as_bytes(), "{line}");
         }
     }
 }

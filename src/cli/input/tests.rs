@@ -9,9 +9,7 @@ use super::*;
 
 /// A record in few characters: `+(1,2)@3`, `-(1,2)`, `commit@3`, `blank`, or the message.
 fn show(record: &Record<'_>) -> String {
-    let list = |points: &[[f64; 2]]| -> String {
-        points.iter().map(|[x, y]| format!("({x},{y})")).collect()
-    };
+    let list = |points: &[[f64; 2]]| -> String { points.iter().map(|[x, y]| format!("({x},{y})")).collect() };
     let at = |time: &Option<f64>| time.map_or_else(String::new, |time| format!("@{time}"));
     match record {
         Record::Points { points, time } => format!("+{}{}", list(points), at(time)),
@@ -32,12 +30,7 @@ fn read_all<R: Read>(reader: &mut Reader<R>) -> Result<Vec<String>, ReadError> {
 
 fn table_with(columns: &str, input: impl AsRef<[u8]>) -> Result<Vec<String>, ReadError> {
     let columns = columns.parse().unwrap();
-    read_all(&mut Reader::new(
-        input.as_ref(),
-        Format::Text,
-        columns,
-        Limits::default(),
-    ))
+    read_all(&mut Reader::new(input.as_ref(), Format::Text, columns, Limits::default()))
 }
 
 fn table(input: impl AsRef<[u8]>) -> Vec<String> {
@@ -46,13 +39,7 @@ fn table(input: impl AsRef<[u8]>) -> Vec<String> {
 
 fn json(input: impl AsRef<[u8]>) -> Vec<String> {
     let columns = Columns::default();
-    read_all(&mut Reader::new(
-        input.as_ref(),
-        Format::JsonLines,
-        columns,
-        Limits::default(),
-    ))
-    .unwrap()
+    read_all(&mut Reader::new(input.as_ref(), Format::JsonLines, columns, Limits::default())).unwrap()
 }
 
 #[test]
@@ -87,10 +74,7 @@ fn a_table_may_be_separated_in_any_usual_way() {
 fn numbers_are_all_that_a_float_can_be() {
     assert_eq!(
         table("nan,inf\n-inf 1\n"),
-        [
-            "+(NaN,inf)",
-            "line 2, column 1: \"-inf 1\" is not a number: write one such as 1.5 or -2e-3"
-        ]
+        ["+(NaN,inf)", "line 2, column 1: \"-inf 1\" is not a number: write one such as 1.5 or -2e-3"]
     );
     assert_eq!(table("1e400,-0.0"), ["+(inf,-0)"]);
     assert_eq!(table("Infinity,.5"), ["+(inf,0.5)"]);
@@ -113,32 +97,17 @@ fn only_the_first_line_may_be_a_header() {
     assert_eq!(table("# c\n\nx;y;z\n1,2"), ["blank", "+(1,2)"]);
     assert_eq!(
         table("1,2\nx,y\n"),
-        [
-            "+(1,2)",
-            "line 2, column 1: \"x\" is not a number: write one such as 1.5 or -2e-3"
-        ]
+        ["+(1,2)", "line 2, column 1: \"x\" is not a number: write one such as 1.5 or -2e-3"]
     );
     assert_eq!(table("x,y\nx,y\n").len(), 1);
 }
 
 #[test]
 fn a_first_line_with_a_number_is_not_a_header() {
-    for line in [
-        "1,abc",
-        "abc 2",
-        "5",
-        "1,5 2,5",
-        "1,5\t2,5",
-        "1,5;2,5",
-        ",",
-        "\"\",\"\"",
-    ] {
+    for line in ["1,abc", "abc 2", "5", "1,5 2,5", "1,5\t2,5", "1,5;2,5", ",", "\"\",\"\""] {
         let records = table(line);
         assert_eq!(records.len(), 1, "{line:?}");
-        assert!(
-            records[0].starts_with("line 1, column "),
-            "{line:?}: {records:?}"
-        );
+        assert!(records[0].starts_with("line 1, column "), "{line:?}: {records:?}");
     }
 }
 
@@ -146,18 +115,10 @@ fn a_first_line_with_a_number_is_not_a_header() {
 fn columns_are_chosen_by_number_or_name() {
     let input = "id,lon,lat,at\n7,1,2,3\n8,4,5,6\n";
     for columns in ["2,3", "lon,lat", "2,lat", "\"lon\",3"] {
-        assert_eq!(
-            table_with(columns, input).unwrap(),
-            ["+(1,2)", "+(4,5)"],
-            "{columns}"
-        );
+        assert_eq!(table_with(columns, input).unwrap(), ["+(1,2)", "+(4,5)"], "{columns}");
     }
     for columns in ["2,3,4", "lon,lat,at"] {
-        assert_eq!(
-            table_with(columns, input).unwrap(),
-            ["+(1,2)@3", "+(4,5)@6"],
-            "{columns}"
-        );
+        assert_eq!(table_with(columns, input).unwrap(), ["+(1,2)@3", "+(4,5)@6"], "{columns}");
     }
     assert_eq!(table_with("lat,lon", input).unwrap(), ["+(2,1)", "+(5,4)"]);
     assert_eq!(table_with("1,2,1", "1,2").unwrap(), ["+(1,2)@1"]);
@@ -183,10 +144,7 @@ fn a_name_that_the_header_lacks_is_fatal() {
 #[test]
 fn a_bad_row_is_named_with_its_column() {
     let cases = [
-        (
-            "3,abc",
-            "line 2, column 2: \"abc\" is not a number: write one such as 1.5 or -2e-3",
-        ),
+        ("3,abc", "line 2, column 2: \"abc\" is not a number: write one such as 1.5 or -2e-3"),
         ("3,", "line 2, column 2: empty: write a number"),
         (" , 3", "line 2, column 1: empty: write a number"),
         (
@@ -194,25 +152,12 @@ fn a_bad_row_is_named_with_its_column() {
             "line 2, column 2: missing, split at commas the line has 1 column(s): \
              complete the line, or choose other columns",
         ),
-        (
-            "3 4",
-            "line 2, column 1: \"3 4\" is not a number: write one such as 1.5 or -2e-3",
-        ),
-        (
-            "3\r4,5",
-            "line 2, column 1: \"3\\r4\" is not a number: write one such as 1.5 or -2e-3",
-        ),
-        (
-            "\"3,5\",4",
-            "line 2, column 1: \"3,5\" has a decimal comma: write a decimal point",
-        ),
+        ("3 4", "line 2, column 1: \"3 4\" is not a number: write one such as 1.5 or -2e-3"),
+        ("3\r4,5", "line 2, column 1: \"3\\r4\" is not a number: write one such as 1.5 or -2e-3"),
+        ("\"3,5\",4", "line 2, column 1: \"3,5\" has a decimal comma: write a decimal point"),
     ];
     for (line, message) in cases {
-        assert_eq!(
-            table(format!("1,2\n{line}\n5,6")),
-            ["+(1,2)", message, "+(5,6)"],
-            "{line:?}"
-        );
+        assert_eq!(table(format!("1,2\n{line}\n5,6")), ["+(1,2)", message, "+(5,6)"], "{line:?}");
     }
 }
 
@@ -223,10 +168,7 @@ fn a_decimal_comma_never_makes_two_columns() {
         let records = table(&input);
         assert_eq!(records.len(), 3, "{input:?}");
         for bad in &records[1..] {
-            assert!(
-                bad.contains("\"1,5\" has a decimal comma"),
-                "{input:?}: {bad}"
-            );
+            assert!(bad.contains("\"1,5\" has a decimal comma"), "{input:?}: {bad}");
         }
     }
 }
@@ -235,34 +177,17 @@ fn a_decimal_comma_never_makes_two_columns() {
 fn what_is_not_text_is_one_bad_line() {
     let message = "line 2, byte 3: not UTF-8 text: convert the input to UTF-8";
     assert_eq!(table(b"1,2\n3,\xff4\n5,6"), ["+(1,2)", message, "+(5,6)"]);
-    assert_eq!(
-        json(b"[1,2]\n [\xff4]\n[5,6]"),
-        ["+(1,2)", message, "+(5,6)"]
-    );
+    assert_eq!(json(b"[1,2]\n [\xff4]\n[5,6]"), ["+(1,2)", message, "+(5,6)"]);
     assert_eq!(table(b"1,2 # \xff\n# \xff"), ["+(1,2)"]);
 }
 
 #[test]
 fn a_line_over_the_limit_is_one_bad_line() {
-    for (format, input) in [
-        (Format::Text, "1,2\n3,44444\n5,6"),
-        (Format::JsonLines, "[1,2]\n[3,44444]\n[5,6]"),
-    ] {
-        let mut reader = Reader::new(
-            input.as_bytes(),
-            format,
-            Columns::default(),
-            Limits { line_bytes: 5 },
-        );
+    for (format, input) in [(Format::Text, "1,2\n3,44444\n5,6"), (Format::JsonLines, "[1,2]\n[3,44444]\n[5,6]")] {
+        let mut reader = Reader::new(input.as_bytes(), format, Columns::default(), Limits { line_bytes: 5 });
         let message = "line 2: longer than 5 bytes: split it, or raise the limit";
-        assert_eq!(
-            read_all(&mut reader).unwrap(),
-            ["+(1,2)", message, "+(5,6)"]
-        );
-        assert_eq!(
-            (reader.line(), reader.bytes_read()),
-            (3, input.len() as u64)
-        );
+        assert_eq!(read_all(&mut reader).unwrap(), ["+(1,2)", message, "+(5,6)"]);
+        assert_eq!((reader.line(), reader.bytes_read()), (3, input.len() as u64));
     }
 }
 
@@ -276,10 +201,7 @@ fn every_form_of_json_line_is_read() {
         (r#"{"x":1,"y":2}"#, "+(1,2)"),
         (r#"{"y":2,"t":3,"x":1}"#, "+(1,2)@3"),
         (r#"{"x":1,"y":2,"t":null}"#, "+(1,2)"),
-        (
-            r#"{"id":{"a":[1,{}]},"x":1,"y":2,"name":"p","time":"noon"}"#,
-            "+(1,2)",
-        ),
+        (r#"{"id":{"a":[1,{}]},"x":1,"y":2,"name":"p","time":"noon"}"#, "+(1,2)"),
         (r#"{"\u0078":1,"y":2}"#, "+(1,2)"),
         (r#"{"points":[[1,2],[3,4]]}"#, "+(1,2)(3,4)"),
         (r#"{"points":[[1,2]],"t":5}"#, "+(1,2)@5"),
@@ -290,19 +212,13 @@ fn every_form_of_json_line_is_read() {
         (r#"{"commit":true,"time":4}"#, "commit@4"),
         (r#"{"commit":true,"t":4}"#, "commit@4"),
         (r#"{"commit":true,"t":4,"time":5}"#, "commit@5"),
-        (
-            "[18446744073709551615,-9223372036854775808]",
-            "+(18446744073709552000,-9223372036854776000)",
-        ),
+        ("[18446744073709551615,-9223372036854775808]", "+(18446744073709552000,-9223372036854776000)"),
         ("", "blank"),
     ];
     for (line, expected) in cases {
         assert_eq!(json(format!("# c\n{line}\n")), [expected], "{line}");
     }
-    assert_eq!(
-        json("\u{feff}[1,2]\n\n  # c\n[3,4]"),
-        ["+(1,2)", "blank", "+(3,4)"]
-    );
+    assert_eq!(json("\u{feff}[1,2]\n\n  # c\n[3,4]"), ["+(1,2)", "blank", "+(3,4)"]);
 }
 
 #[test]
@@ -316,50 +232,20 @@ fn a_bad_json_line_is_named_with_its_member() {
         (r#"{"x":1,"y":null}"#, format!("y: null {number}")),
         (r#"{"x":true,"y":1}"#, format!("x: true {number}")),
         (r#"{"x":1,"y":{"a":1}}"#, format!("y: an object {number}")),
-        (
-            r#"{"x":1,"y":2,"t":"noon"}"#,
-            format!("t: \"noon\" {number}"),
-        ),
-        (
-            r#"{"commit":true,"time":"noon"}"#,
-            format!("time: \"noon\" {number}"),
-        ),
-        (
-            r#"{"points":[[1,2],[3,null]]}"#,
-            format!("points, point 2, y: null {number}"),
-        ),
-        (
-            r#"{"retract":[["a",2]]}"#,
-            format!("retract, point 1, x: \"a\" {number}"),
-        ),
-        (
-            r#"{"points":[[1,2,3]]}"#,
-            "points, point 1: 3 element(s): write [x,y]".into(),
-        ),
+        (r#"{"x":1,"y":2,"t":"noon"}"#, format!("t: \"noon\" {number}")),
+        (r#"{"commit":true,"time":"noon"}"#, format!("time: \"noon\" {number}")),
+        (r#"{"points":[[1,2],[3,null]]}"#, format!("points, point 2, y: null {number}")),
+        (r#"{"retract":[["a",2]]}"#, format!("retract, point 1, x: \"a\" {number}")),
+        (r#"{"points":[[1,2,3]]}"#, "points, point 1: 3 element(s): write [x,y]".into()),
         (r#"{"x":1}"#, "y: missing: write both x and y".into()),
         (r#"{"y":1}"#, "x: missing: write both x and y".into()),
-        (
-            r#"{"x":1,"y":2,"x":3}"#,
-            "x: written twice: write it once".into(),
-        ),
-        (
-            r#"{"x":1,"points":[]}"#,
-            "points: stands beside x: write each on a line of its own".into(),
-        ),
-        (
-            r#"{"points":[],"retract":[]}"#,
-            "retract: stands beside points: write each on a line of its own".into(),
-        ),
-        (
-            r#"{"commit":false}"#,
-            "commit: false is not true: write \"commit\":true, or leave the line out".into(),
-        ),
+        (r#"{"x":1,"y":2,"x":3}"#, "x: written twice: write it once".into()),
+        (r#"{"x":1,"points":[]}"#, "points: stands beside x: write each on a line of its own".into()),
+        (r#"{"points":[],"retract":[]}"#, "retract: stands beside points: write each on a line of its own".into()),
+        (r#"{"commit":false}"#, "commit: false is not true: write \"commit\":true, or leave the line out".into()),
     ];
     for (line, message) in cases {
-        assert_eq!(
-            json(format!("{line}\n[5,6]")),
-            [format!("line 1, {message}"), "+(5,6)".into()]
-        );
+        assert_eq!(json(format!("{line}\n[5,6]")), [format!("line 1, {message}"), "+(5,6)".into()]);
     }
 }
 
@@ -369,18 +255,9 @@ fn a_bad_json_line_is_named_as_a_whole() {
         ("[1]", "1 element(s): write [x,y] or [x,y,t]"),
         ("[]", "0 element(s): write [x,y] or [x,y,t]"),
         ("[1,2,3,[4],5]", "5 element(s): write [x,y] or [x,y,t]"),
-        (
-            "{}",
-            "no x and y, points, retract or commit: write one of them",
-        ),
-        (
-            r#"{"t":1}"#,
-            "no x and y, points, retract or commit: write one of them",
-        ),
-        (
-            "1,2",
-            "\"1,2\" is neither an array nor an object: write [x,y] or {\"x\":0,\"y\":0}",
-        ),
+        ("{}", "no x and y, points, retract or commit: write one of them"),
+        (r#"{"t":1}"#, "no x and y, points, retract or commit: write one of them"),
+        ("1,2", "\"1,2\" is neither an array nor an object: write [x,y] or {\"x\":0,\"y\":0}"),
     ];
     for (line, message) in cases {
         assert_eq!(json(line), [format!("line 1: {message}")], "{line}");
@@ -397,39 +274,20 @@ fn a_json_error_is_named_with_its_byte() {
         ("[1,1e999]", "byte 8: number out of range"),
         ("{\"x\":1,}", "byte 8: trailing comma"),
         ("{\"x\" 1}", "byte 6: expected `:`"),
-        (
-            "{\"points\":3}",
-            "byte 11: invalid type: integer `3`, expected a list of points [[x,y]]",
-        ),
-        (
-            "{\"points\":[3.5]}",
-            "byte 14: invalid type: floating point `3.5`, expected a point [x,y]",
-        ),
-        (
-            "{\"points\":\"a\"}",
-            "byte 13: invalid type: string, expected a list of points [[x,y]]",
-        ),
-        (
-            "{\"points\":[\"a\"]}",
-            "byte 14: invalid type: string, expected a point [x,y]",
-        ),
+        ("{\"points\":3}", "byte 11: invalid type: integer `3`, expected a list of points [[x,y]]"),
+        ("{\"points\":[3.5]}", "byte 14: invalid type: floating point `3.5`, expected a point [x,y]"),
+        ("{\"points\":\"a\"}", "byte 13: invalid type: string, expected a list of points [[x,y]]"),
+        ("{\"points\":[\"a\"]}", "byte 14: invalid type: string, expected a point [x,y]"),
     ];
     for (line, message) in cases {
-        assert_eq!(
-            json(line),
-            [format!("line 1, {message}: correct the JSON")],
-            "{line}"
-        );
+        assert_eq!(json(line), [format!("line 1, {message}: correct the JSON")], "{line}");
     }
 }
 
 #[test]
 fn deep_nesting_is_refused_and_not_followed() {
     for open in ["[", "{\"a\":", "{\"points\":[", "{\"x\":["] {
-        assert!(
-            json(open.repeat(100_000))[0].starts_with("line 1, byte "),
-            "{open}"
-        );
+        assert!(json(open.repeat(100_000))[0].starts_with("line 1, byte "), "{open}");
     }
 }
 
@@ -443,10 +301,7 @@ fn a_failing_source_is_reported_with_the_line() {
     }
     let source = b"1,2\n3,".chain(Failing);
     let mut reader = Reader::new(source, Format::Text, Columns::default(), Limits::default());
-    assert!(matches!(
-        reader.next_record(),
-        Ok(Some(Record::Points { .. }))
-    ));
+    assert!(matches!(reader.next_record(), Ok(Some(Record::Points { .. }))));
     let error = reader.next_record().unwrap_err().to_string();
     assert_eq!(error, "line 2: reading failed: cable cut");
 }
@@ -454,12 +309,7 @@ fn a_failing_source_is_reported_with_the_line() {
 #[test]
 fn lines_and_bytes_are_counted() {
     let input = "# c\nx,y\n1,2\r\n\n3,4";
-    let mut reader = Reader::new(
-        input.as_bytes(),
-        Format::Text,
-        Columns::default(),
-        Limits::default(),
-    );
+    let mut reader = Reader::new(input.as_bytes(), Format::Text, Columns::default(), Limits::default());
     let mut counts = vec![(reader.line(), reader.bytes_read())];
     while reader.next_record().unwrap().is_some() {
         counts.push((reader.line(), reader.bytes_read()));
@@ -477,11 +327,7 @@ struct Pieces<'a> {
 
 impl<'a> Pieces<'a> {
     fn new(bytes: &'a [u8], lengths: &'a [usize]) -> Self {
-        Self {
-            bytes,
-            lengths: lengths.iter().cycle(),
-            interrupt: false,
-        }
+        Self { bytes, lengths: lengths.iter().cycle(), interrupt: false }
     }
 }
 
@@ -506,11 +352,7 @@ fn trace<R: Read>(mut reader: Reader<R>) -> Vec<String> {
             Ok(None) => ("end".to_owned(), true),
             Err(error) => (error.to_string(), true),
         };
-        trace.push(format!(
-            "{} {} {record}",
-            reader.line(),
-            reader.bytes_read()
-        ));
+        trace.push(format!("{} {} {record}", reader.line(), reader.bytes_read()));
         if ended {
             return trace;
         }
@@ -548,8 +390,7 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
 }
 
 fn columns() -> impl Strategy<Value = Columns> {
-    prop::sample::select(vec!["1,2", "2,1,3", "x,y", "x,2,y", "7,9"])
-        .prop_map(|columns| columns.parse().unwrap())
+    prop::sample::select(vec!["1,2", "2,1,3", "x,y", "x,2,y", "7,9"]).prop_map(|columns| columns.parse().unwrap())
 }
 
 fn format() -> impl Strategy<Value = Format> {
@@ -621,12 +462,7 @@ proptest! {
 #[test]
 fn a_hundred_megabytes_of_noise_pass() {
     for format in [Format::Text, Format::JsonLines] {
-        let mut reader = Reader::new(
-            Noise::new(100_000_000),
-            format,
-            Columns::default(),
-            Limits::default(),
-        );
+        let mut reader = Reader::new(Noise::new(100_000_000), format, Columns::default(), Limits::default());
         while let Some(record) = reader.next_record().unwrap() {
             assert!(matches!(record, Record::Bad(_) | Record::Blank));
         }
@@ -637,9 +473,7 @@ fn a_hundred_megabytes_of_noise_pass() {
 #[test]
 fn one_endless_line_passes_in_linear_time() {
     // Searched anew at every read, these would be 10^12 steps.
-    let limits = Limits {
-        line_bytes: 32_000_000,
-    };
+    let limits = Limits { line_bytes: 32_000_000 };
     for byte in [b'"', b'[', b'1', b',', b'#', b' '] {
         for format in [Format::Text, Format::JsonLines] {
             let source = Dripping(io::repeat(byte).take(16_000_000));
@@ -658,10 +492,7 @@ struct Noise {
 
 impl Noise {
     fn new(length: usize) -> Self {
-        Self {
-            state: 0x9e37_79b9_7f4a_7c15,
-            left: length,
-        }
+        Self { state: 0x9e37_79b9_7f4a_7c15, left: length }
     }
 }
 

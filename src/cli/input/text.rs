@@ -36,20 +36,11 @@ pub(super) struct UnknownName(pub(super) String);
 impl Table {
     pub(super) fn new(columns: Columns) -> Self {
         let places = columns.places();
-        Self {
-            columns,
-            places,
-            separator: None,
-            at_first_line: true,
-        }
+        Self { columns, places, separator: None, at_first_line: true }
     }
 
     /// Parses the next line. The point is put into `points`.
-    pub(super) fn parse(
-        &mut self,
-        line: &str,
-        points: &mut Vec<[f64; 2]>,
-    ) -> Result<Parsed, UnknownName> {
+    pub(super) fn parse(&mut self, line: &str, points: &mut Vec<[f64; 2]>) -> Result<Parsed, UnknownName> {
         let first = std::mem::take(&mut self.at_first_line);
         let Some(places) = self.places else {
             return self.read_header(line);
@@ -141,10 +132,7 @@ fn row(places: Places, line: &str, separator: Separator) -> Result<Row, Fault> {
     };
     Ok(Row {
         point: [number(chosen.x, places.x)?, number(chosen.y, places.y)?],
-        time: places
-            .time
-            .map(|place| number(chosen.time, place))
-            .transpose()?,
+        time: places.time.map(|place| number(chosen.time, place)).transpose()?,
     })
 }
 
@@ -169,9 +157,7 @@ fn fault(field: Option<&str>, place: usize, columns: usize, separator: Separator
 /// Whether a line that is not a row may be a header: cut as is likeliest it has something in a
 /// chosen column, and however it is cut none of the chosen columns is a number.
 fn is_header(places: Places, line: &str) -> bool {
-    let mut cuts = Separator::candidates(line)
-        .map(|separator| Chosen::of(places, line, separator))
-        .peekable();
+    let mut cuts = Separator::candidates(line).map(|separator| Chosen::of(places, line, separator)).peekable();
     let named = |chosen: &Chosen<'_>| chosen.all().any(|field| !field.is_empty());
     cuts.peek().is_some_and(named) && !cuts.any(|chosen| chosen.all().any(looks_numeric))
 }
@@ -183,7 +169,6 @@ fn looks_numeric(field: &str) -> bool {
 fn has_decimal_comma(field: &str) -> bool {
     field.split_once(',').is_some_and(|(whole, fraction)| {
         // `1,2` is `1.2`; `1,` and `,2` are rather pieces of a line cut at the wrong place.
-        [whole, fraction].iter().all(|part| !part.is_empty())
-            && field.replacen(',', ".", 1).parse::<f64>().is_ok()
+        [whole, fraction].iter().all(|part| !part.is_empty()) && field.replacen(',', ".", 1).parse::<f64>().is_ok()
     })
 }

@@ -1,0 +1,116 @@
+//! Arguments that several subcommands share, and the small languages of their values.
+//!
+//! In: words of the command line. Out: the core's options. Invariants: a value that the core could not use is refused here, with
+//! what it may be. Must not know: input and output.
+
+use std::num::{NonZeroU32, NonZeroU64};
+
+use clap::Args;
+use hopes::topology::{ViewSpec, Window};
+
+/// Which part of the skeleton is shown.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct ViewArgs {
+    /// Derived skeleton: take the dots above the lowest of the K widest diagonal gaps.
+    #[arg(short, long, default_value = "1", value_name = "K")]
+    k: NonZeroU32,
+    /// Derived skeleton: cut at the leftmost of the L widest vertical gaps.
+    #[arg(short, long, default_value = "1", value_name = "L")]
+    l: NonZeroU32,
+    /// Reduced skeleton instead: at the scale ALPHA (a radius).
+    #[arg(long, value_name = "ALPHA", value_parser = scale, conflicts_with_all = ["k", "l", "full"])]
+    alpha: Option<f64>,
+    /// The whole skeleton instead: the tree and every critical edge.
+    #[arg(long, conflicts_with_all = ["k", "l"])]
+    full: bool,
+}
+
+impl ViewArgs {
+    /// The view they ask for.
+    pub fn spec(self) -> ViewSpec {
+        match self.alpha {
+            Some(alpha) => ViewSpec::Reduced { alpha },
+            None if self.full => ViewSpec::Full,
+            None => ViewSpec::Derived { k: self.k, l: self.l },
+        }
+    }
+}
+
+/// A scale: a number, not negative.
+pub fn scale(word: &str) -> Result<f64, String> {
+    let value = number(word)?;
+    if value >= 0.0 { Ok(value) } else { Err(format!("{value} is negative: a scale is a radius")) }
+}
+
+/// The step of a grid: a positive number.
+pub fn resolution(word: &str) -> Result<f64, String> {
+    positive(word, "step of a grid")
+}
+
+/// A window: `all`, `points:N`, `frames:N` or `time:T`.
+pub fn window(word: &str) -> Result<Window, String> {
+    let (kind, length) = word.split_once(':').unwrap_or((word, ""));
+    let count = || length.parse::<NonZeroU64>().map_err(|_| format!("{length:?} is not a number of {kind}, from 1"));
+    match (kind, length) {
+        ("all", "") => Ok(Window::All),
+        ("points", _) => count().map(Window::Points),
+        ("frames", _) => count().map(Window::Frames),
+        ("time", _) => positive(length, "length of time").map(Window::Time),
+        _ => Err("a window is all, points:N, frames:N or time:T".to_owned()),
+    }
+}
+
+/// A length of real time, such as `100ms` or `2s`; not zero.
+pub fn duration(word: &str) -> Result<std::time::Duration, String> {
+    let duration = humantime::parse_duration(word).map_err(|error| format!("{error}: write it as 100ms or 2s"))?;
+    if duration.is_zero() { Err("a frame must take some time".to_owned()) } else { Ok(duration) }
+}
+
+fn positive(word: &str, what: &str) -> Result<f64, String> {
+    let value = number(word)?;
+    if value > 0.0 { Ok(value) } else { Err(format!("{value} is not a {what}: it must be above 0")) }
+}
+
+fn number(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("{word:?} is not a finite number")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_read() {
+        assert_eq!(window("all"), Ok(Window::All));
+        assert_eq!(window("points:10"), Ok(Window::Points(NonZeroU64::new(10).unwrap())));
+        assert_eq!(window("frames:1"), Ok(Window::Frames(NonZeroU64::MIN)));
+        assert_eq!(window("time:2.5"), Ok(Window::Time(2.5)));
+    }
+
+    #[test]
+    fn bad_windows_say_what_they_may_be() {
+        for (word, says) in [
+            ("", "a window is all"),
+            ("all:3", "a window is all"),
+            ("points:0", "\"0\" is not a number of points, from 1"),
+            ("points", "\"\" is not a number of points"),
+            ("frames:-1", "\"-1\" is not a number of frames"),
+            ("time:0", "0 is not a length of time"),
+            ("time:inf", "\"inf\" is not a finite number"),
+        ] {
+            let error = window(word).unwrap_err();
+            assert!(error.contains(says), "{word}: {error}");
+        }
+    }
+
+    #[test]
+    fn scales_and_steps_have_a_sign() {
+        assert_eq!(scale("0"), Ok(0.0));
+        assert!(scale("-1").is_err() && scale("nan").is_err());
+        assert!(resolution("0").is_err() && resolution("0.5") == Ok(0.5));
+        assert!(duration("0s").is_err() && duration("20ms").is_ok());
+    }
+}

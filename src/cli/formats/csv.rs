@@ -1,0 +1,31 @@
+//! The view's edges as a table, one a line, tree edges first.
+//!
+//! In: an [`Answer`]. Out: CSV with a header. Invariants: `i` and `j` are the vertices' numbers in order of first appearance; birth, death
+//! and persistence are empty for tree edges; scales are radii. Must not know: files.
+
+use std::io::{self, Write};
+
+use hopes::topology::Edge;
+
+use super::Answer;
+
+/// Writes the table.
+pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "kind,i,j,x1,y1,x2,y2,length,birth,death,persistence")?;
+    for &edge in &answer.view.tree {
+        write_edge(answer, out, "tree", edge)?;
+        writeln!(out, ",,,")?;
+    }
+    for &index in &answer.view.critical {
+        let dot = &answer.skeleton.dots()[index as usize];
+        write_edge(answer, out, "critical", dot.edge)?;
+        writeln!(out, ",{},{},{}", dot.birth, dot.death, dot.persistence())?;
+    }
+    Ok(())
+}
+
+fn write_edge(answer: &Answer, out: &mut impl Write, kind: &str, edge: Edge) -> io::Result<()> {
+    let [i, j] = edge;
+    let [[x1, y1], [x2, y2]] = answer.segment(edge);
+    write!(out, "{kind},{i},{j},{x1},{y1},{x2},{y2},{}", answer.skeleton.length(edge))
+}

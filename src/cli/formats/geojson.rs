@@ -1,0 +1,56 @@
+//! The view as GeoJSON (RFC 7946): for maps and for whatever reads features.
+//!
+//! In: an [`Answer`]. Out: a FeatureCollection: the vertices as one MultiPoint, the tree as one MultiLineString, every critical edge
+//! as a LineString and its hole's centre as a Point, both with the label; the simplified view, if asked for, as one more MultiLineString. Coordinates are
+//! handed through as they are: whoever wants a map feeds longitudes and latitudes. Must not know: files.
+
+use std::io::{self, Write};
+
+use hopes::topology::Dot;
+use serde_json::{Value, json};
+
+use super::Answer;
+
+/// Writes the collection, one feature a line.
+pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
+    out.write_all(b"{\"type\":\"FeatureCollection\",\"features\":[\n")?;
+    let mut separator = "";
+    for feature in features(answer) {
+        out.write_all(separator.as_bytes())?;
+        serde_json::to_writer(&mut *out, &feature)?;
+        separator = ",\n";
+    }
+    out.write_all(b"\n]}\n")
+}
+
+fn features<'a>(answer: &'a Answer<'a>) -> impl Iterator<Item = Value> + 'a {
+    let vertices: Vec<[f64; 2]> = answer.skeleton.vertices().iter().map(|vertex| vertex.position.xy()).collect();
+    let tree: Vec<[[f64; 2]; 2]> = answer.view.tree.iter().map(|&edge| answer.segment(edge)).collect();
+    let whole = [
+        feature("MultiPoint", json!(vertices), json!({"role": "vertices"})),
+        feature("MultiLineString", json!(tree), json!({"role": "tree", "components": answer.view.components})),
+    ];
+    let dots = answer.view.critical.iter().map(|&index| &answer.skeleton.dots()[index as usize]);
+    whole.into_iter().chain(dots.flat_map(|dot| of_dot(answer, dot))).chain(simplified(answer))
+}
+
+fn of_dot(answer: &Answer, dot: &Dot) -> [Value; 2] {
+    let hole = answer.skeleton.hole(dot);
+    let label =
+        |role: &str| json!({"role": role, "birth": dot.birth, "death": dot.death, "persistence": dot.persistence()});
+    [
+        feature("LineString", json!(answer.segment(dot.edge)), label("critical")),
+        feature("Point", json!(hole.center), label("hole")),
+    ]
+}
+
+fn simplified(answer: &Answer) -> Option<Value> {
+    let (threshold, simplified) = answer.simplified?;
+    let at = |vertex: u32| simplified.positions[vertex as usize];
+    let lines: Vec<[[f64; 2]; 2]> = simplified.edges.iter().map(|edge| edge.map(at)).collect();
+    Some(feature("MultiLineString", json!(lines), json!({"role": "simplified", "threshold": threshold})))
+}
+
+fn feature(kind: &str, coordinates: Value, properties: Value) -> Value {
+    json!({"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties})
+}

@@ -1,0 +1,75 @@
+//! What `compute` writes: one file a format.
+//!
+//! In: an [`Answer`]. Out: bytes. Invariants: a number that is not finite is null in JSON and empty in CSV; vertices are numbered in
+//! order of first appearance. Must not know: where the bytes go.
+
+mod csv;
+mod geojson;
+mod json;
+
+use std::io::Write;
+
+use clap::ValueEnum;
+use hopes::topology::{Edge, Simplified, Skeleton, View};
+
+use super::picture;
+
+/// Everything that can be said of a cloud.
+#[derive(Clone, Copy)]
+pub struct Answer<'a> {
+    /// The whole skeleton.
+    pub skeleton: &'a Skeleton,
+    /// The view asked for.
+    pub view: &'a View,
+    /// The view simplified, and below which half-length its edges were collapsed.
+    pub simplified: Option<(f64, &'a Simplified)>,
+    /// Points beyond the first on their position.
+    pub duplicates: u64,
+    /// Lines and points that could not be used.
+    pub rejected: u64,
+}
+
+impl Answer<'_> {
+    fn position(&self, vertex: u32) -> [f64; 2] {
+        self.skeleton.vertices()[vertex as usize].position.xy()
+    }
+
+    fn segment(&self, edge: Edge) -> [[f64; 2]; 2] {
+        edge.map(|vertex| self.position(vertex))
+    }
+}
+
+/// A form of output.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum OutputFormat {
+    /// Everything, as one JSON object.
+    #[default]
+    Json,
+    /// Picture of the skeleton beside the persistence diagram.
+    Svg,
+    /// The same picture, in pixels.
+    Png,
+    /// A table of the view's edges.
+    Csv,
+    /// The view's edges as features for maps.
+    Geojson,
+}
+
+impl OutputFormat {
+    /// Writes an answer in this form.
+    pub fn write(self, answer: &Answer, out: &mut impl Write) -> anyhow::Result<()> {
+        match self {
+            Self::Json => json::write(answer, out)?,
+            Self::Csv => csv::write(answer, out)?,
+            Self::Geojson => geojson::write(answer, out)?,
+            Self::Svg => out.write_all(drawing(answer).as_bytes())?,
+            Self::Png => out.write_all(&picture::png(&drawing(answer), 2.0)?)?,
+        }
+        Ok(out.flush()?)
+    }
+}
+
+fn drawing(answer: &Answer) -> String {
+    let simplified = answer.simplified.map(|(_, s)| (s.positions.as_slice(), s.edges.as_slice()));
+    picture::svg(answer.skeleton, answer.view, simplified, &picture::Options::default())
+}

@@ -1,0 +1,68 @@
+//! The command line: one file a subcommand, and what they share.
+//!
+//! In: parsed arguments. Out: a subcommand run. Invariants: every option that takes a scale takes a radius; every help text has an
+//! example. Must not know: how frames are computed, how threads are joined.
+
+mod args;
+mod compute;
+mod formats;
+mod input;
+mod picture;
+mod serve;
+
+use clap::{Parser, Subcommand};
+
+use crate::daemon::StrictStop;
+pub use input::{Columns, Format, Limits, ReadError, Reader, Record};
+
+/// Live homologically persistent skeletons of 2D points.
+///
+/// Points come in, the skeleton of their cloud (HoPeS: minimum spanning tree and persistent cycles) goes out, as it changes. There
+/// is no scale to choose: the widest gaps of the persistence diagram choose the cycles.
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100, after_help = "Example: hopes compute points.csv --format svg -o points.svg")]
+pub struct Cli {
+    /// Log more; twice: everything.
+    #[arg(short, long, action = clap::ArgAction::Count, global = true)]
+    pub verbose: u8,
+    /// Log errors only.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Compute(compute::Compute),
+    Serve(serve::Serve),
+}
+
+/// Why a subcommand did not succeed.
+#[derive(Debug)]
+pub enum Failure {
+    /// `--strict` met something that it does not let pass.
+    Refused(String),
+    /// Something else failed.
+    Failed(anyhow::Error),
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        let error = error.into();
+        match error.downcast::<StrictStop>() {
+            Ok(stop) => Self::Refused(stop.to_string()),
+            Err(error) => Self::Failed(error),
+        }
+    }
+}
+
+impl Cli {
+    /// Runs the subcommand.
+    pub fn run(self) -> Result<(), Failure> {
+        match self.command {
+            Command::Compute(compute) => compute.run(),
+            Command::Serve(serve) => serve.run(),
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! The right panel: the persistence diagram.
+//!
+//! In: a [`Scene`]. Out: shapes on the page. Invariants: both axes begin at 0 and have one scale, so the diagonal is one; every dot is
+//! inside the frame, one that never dies on its upper edge; dots of the view are on top and have their colour. Must not know: the plane.
+
+use hopes::topology::Dot;
+
+use super::Scene;
+use super::layout::Rect;
+use super::marks::Grid;
+use super::numbers::{Ticks, short};
+use super::page::{Anchor, FRAME, GRID, GROUND, INK, MUTED, Page, Type};
+use super::ramp::{BUCKETS, Bucket};
+use super::strips;
+
+/// Room above the highest dot, as a share of its height.
+const HEADROOM: f64 = 1.06;
+/// Up to so many dots are circles with hints; more are paths.
+const CIRCLES: usize = 400;
+/// Pixels between ticks, about.
+const TICK_SPACE: f64 = 75.0;
+
+const DOT_STYLE: &str = "fill=\"none\" stroke-linecap=\"round\"";
+
+/// Maps births and deaths to pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scale {
+    /// Side of the panel.
+    pub(super) side: f64,
+    /// The largest value that fits.
+    pub(super) top: f64,
+}
+
+impl Scale {
+    fn new(scene: &Scene<'_>, side: f64) -> Self {
+        let deaths = scene.skeleton.dots().iter().map(|dot| dot.death).filter(|death| death.is_finite());
+        let highest = deaths.fold(0.0, f64::max);
+        let alpha = scene.alpha().filter(|&alpha| alpha <= 2.0 * highest).unwrap_or(0.0);
+        Self { side, top: HEADROOM * highest.max(alpha) }
+    }
+
+    /// Pixels from 0.
+    pub(super) fn length(self, value: f64) -> f64 {
+        value.min(self.top) / self.top * self.side
+    }
+
+    /// Where a dot is.
+    pub(super) fn place(self, birth: f64, death: f64) -> [f64; 2] {
+        [self.length(birth), self.side - self.length(death)]
+    }
+}
+
+/// Draws the panel.
+pub(super) fn draw(page: &mut Page, panel: Rect, scene: &Scene<'_>) {
+    let scale = Scale::new(scene, panel.width);
+    page.group(format_args!("transform=\"translate({} {})\"", panel.x, panel.y), |page| {
+        draw_box(page, scale.side, GROUND, "none");
+        if scale.top > 0.0 {
+            draw_grid(page, scale);
+            strips::draw(page, scale, scene);
+            page.line([0.0, scale.side], [scale.side, 0.0], format_args!("class=\"diagonal\" stroke=\"{MUTED}\""));
+            draw_dots(page, scale, scene);
+        } else {
+            draw_nothing(page, scale.side);
+        }
+        draw_box(page, scale.side, "none", FRAME);
+    });
+}
+
+fn draw_box(page: &mut Page, side: f64, fill: &str, stroke: &str) {
+    let inside = Rect { x: 0.0, y: 0.0, width: side, height: side };
+    page.rect(inside.grown(0.5), format_args!("fill=\"{fill}\" stroke=\"{stroke}\""));
+}
+
+fn draw_nothing(page: &mut Page, side: f64) {
+    let middle = side / 2.0;
+    page.line([0.0, side], [side, 0.0], format_args!("class=\"diagonal\" stroke=\"{FRAME}\""));
+    page.text([middle, middle - 30.0], Type::new(Anchor::Middle, MUTED), "no dots: the cloud has no cycle");
+    draw_names(page, side, "");
+}
+
+fn draw_grid(page: &mut Page, scale: Scale) {
+    let ticks = Ticks::new(scale.top, scale.side / TICK_SPACE);
+    for (value, label) in ticks.all() {
+        let [x, y] = scale.place(value, value);
+        if value > 0.0 {
+            page.line([x, 0.0], [x, scale.side], format_args!("stroke=\"{GRID}\""));
+            page.line([0.0, y], [scale.side, y], format_args!("stroke=\"{GRID}\""));
+        }
+        page.line([x, scale.side], [x, scale.side + 5.0], format_args!("stroke=\"{FRAME}\""));
+        page.line([-5.0, y], [0.0, y], format_args!("stroke=\"{FRAME}\""));
+        page.text([x, scale.side + 18.0], Type::new(Anchor::Middle, MUTED), &label);
+        page.text([-9.0, y + 4.0], Type::new(Anchor::End, MUTED), &label);
+    }
+    draw_names(page, scale.side, &ticks.factor());
+}
+
+fn draw_names(page: &mut Page, side: f64, factor: &str) {
+    let name = Type::new(Anchor::Middle, INK).sized(13.0);
+    page.text([side / 2.0, side + 38.0], name, &format!("birth{factor}"));
+    page.upward_text([-48.0, side / 2.0], name, &format!("death{factor}"));
+}
+
+/// What the view makes of the dots.
+struct Sorted<'a> {
+    /// Their critical edges are in the view.
+    shown: Vec<&'a Dot>,
+    /// Those of DS_k that are not.
+    selected: Vec<&'a Dot>,
+    others: Vec<&'a Dot>,
+}
+
+impl<'a> Sorted<'a> {
+    fn new(scene: &Scene<'a>) -> Self {
+        let dots = scene.skeleton.dots();
+        let selected = scene.view.selection.as_ref().map_or(0, |selection| selection.ds_count);
+        let mut is_shown = vec![false; dots.len()];
+        for &index in &scene.view.critical {
+            is_shown[index as usize] = true;
+        }
+        let mut sorted = Self { shown: Vec::new(), selected: Vec::new(), others: Vec::new() };
+        for (index, dot) in dots.iter().enumerate() {
+            let list = match is_shown[index] {
+                true => &mut sorted.shown,
+                false if index < selected => &mut sorted.selected,
+                false => &mut sorted.others,
+            };
+            list.push(dot);
+        }
+        sorted
+    }
+}
+
+fn draw_dots(page: &mut Page, scale: Scale, scene: &Scene<'_>) {
+    let sorted = Sorted::new(scene);
+    let color = |dot: &Dot| scene.ramp.bucket(dot.persistence());
+    let others = crowd(scale, &sorted.others);
+    page.path(&others, format_args!("class=\"others\" {DOT_STYLE} stroke=\"#8d98a8\" stroke-width=\"3\""));
+    if sorted.selected.len() <= CIRCLES {
+        for dot in sorted.selected.iter().rev() {
+            let style =
+                format!("class=\"selected\" fill=\"#fff\" stroke=\"{}\" stroke-width=\"1.5\"", color(dot).color());
+            page.circle(scale.place(dot.birth, dot.death), 3.5, style, Some(&hint(dot)));
+        }
+    } else {
+        let selected = crowd(scale, &sorted.selected);
+        for (color, width) in [(MUTED, "7"), ("#fff", "4")] {
+            page.path(
+                &selected,
+                format_args!("class=\"selected\" {DOT_STYLE} stroke=\"{color}\" stroke-width=\"{width}\""),
+            );
+        }
+    }
+    if sorted.shown.len() <= CIRCLES {
+        for dot in sorted.shown.iter().rev() {
+            let style = format!("class=\"shown\" fill=\"{}\" stroke=\"#fff\"", color(dot).color());
+            page.circle(scale.place(dot.birth, dot.death), 4.5, style, Some(&hint(dot)));
+        }
+    } else {
+        draw_crowd(page, scale, scene, &sorted.shown);
+    }
+    draw_legend(page, scale.side, &sorted);
+}
+
+fn hint(dot: &Dot) -> String {
+    format!("birth {}, death {}, persistence {}", short(dot.birth), short(dot.death), short(dot.persistence()))
+}
+
+/// One path for many dots.
+fn crowd(scale: Scale, dots: &[&Dot]) -> String {
+    let grid = Grid::new(dots.len(), scale.side * scale.side / 2.0);
+    grid.dots(dots.iter().map(|dot| scale.place(dot.birth, dot.death)))
+}
+
+fn draw_crowd(page: &mut Page, scale: Scale, scene: &Scene<'_>, dots: &[&Dot]) {
+    let mut buckets = vec![Vec::new(); BUCKETS];
+    for &dot in dots {
+        buckets[scene.ramp.bucket(dot.persistence()).index()].push(dot);
+    }
+    for bucket in Bucket::all() {
+        let data = crowd(scale, &buckets[bucket.index()]);
+        let (color, width) = (bucket.color(), 3.0 + 4.0 * bucket.share());
+        page.path(&data, format_args!("class=\"shown\" {DOT_STYLE} stroke=\"{color}\" stroke-width=\"{width:.1}\""));
+    }
+}
+
+/// In the corner right of the diagonal, where no dot can be.
+fn draw_legend(page: &mut Page, side: f64, sorted: &Sorted<'_>) {
+    let dark = Bucket::all().last().map_or_else(String::new, |bucket| bucket.color().to_string());
+    let ring = format!("fill=\"#fff\" stroke=\"{dark}\" stroke-width=\"1.5\"");
+    let entries = [
+        (sorted.others.len(), "other dots", 1.5, "fill=\"#8d98a8\"".to_owned()),
+        (sorted.selected.len(), "in DS, not shown", 3.5, ring),
+        (sorted.shown.len(), "shown cycles", 4.5, format!("fill=\"{dark}\"")),
+    ];
+    let mut y = side - 34.0;
+    for (count, name, radius, style) in entries {
+        if count > 0 {
+            page.circle([side - 118.0, y - 4.0], radius, style, None);
+            page.text([side - 106.0, y], Type::new(Anchor::Start, MUTED), name);
+            y -= 18.0;
+        }
+    }
+}

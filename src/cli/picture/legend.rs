@@ -1,0 +1,109 @@
+//! What marks and colours mean: the colour bar right of the diagram, the line of samples below the plane.
+//!
+//! In: a [`Scene`], rectangles. Out: shapes on the page. Invariants: only what the picture may show is explained; samples have the
+//! styles of what they stand for; numbers are round. Must not know: how panels are drawn.
+
+use hopes::topology::ViewSpec;
+
+use super::Scene;
+use super::layout::Rect;
+use super::numbers::{Ticks, round_step, short};
+use super::page::{Anchor, FRAME, INK, MUTED, Page, Type, text_width};
+use super::plane::{CRITICAL_STYLE, POINT_STYLE, SIMPLE_STYLE, TREE_STYLE, hole_style};
+use super::ramp::STOPS;
+
+/// Width of a sample, with the room before its name.
+const SAMPLE: f64 = 24.0;
+const SPACE: f64 = 14.0;
+/// The longest scale bar, as a share of the panel.
+const SCALE_BAR: f64 = 0.25;
+
+/// Draws the colour bar, unless there is nothing to colour.
+pub(super) fn draw_bar(page: &mut Page, bar: Rect, scene: &Scene<'_>) {
+    let top = scene.ramp.top();
+    if top <= 0.0 {
+        return;
+    }
+    let ticks = Ticks::new(top, bar.height / 75.0);
+    define_gradient(page);
+    page.rect(bar, format_args!("fill=\"url(#persistence)\" stroke=\"{FRAME}\""));
+    for (value, label) in ticks.all() {
+        let y = bar.bottom() - value / top * bar.height;
+        page.line([bar.right(), y], [bar.right() + 4.0, y], format_args!("stroke=\"{MUTED}\""));
+        page.text([bar.right() + 8.0, y + 4.0], Type::new(Anchor::Start, MUTED), &label);
+    }
+    let middle = bar.x + bar.width / 2.0;
+    page.text([middle, bar.bottom() + 38.0], Type::new(Anchor::Middle, INK).sized(13.0), "persistence");
+    page.text([middle, bar.bottom() + 22.0], Type::new(Anchor::Middle, MUTED), ticks.factor().trim());
+}
+
+fn define_gradient(page: &mut Page) {
+    page.put(format_args!("<linearGradient id=\"persistence\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">"));
+    for (index, stop) in STOPS.iter().enumerate() {
+        let offset = index as f64 / (STOPS.len() - 1) as f64;
+        page.put(format_args!("<stop offset=\"{offset:.4}\" stop-color=\"{stop}\"/>"));
+    }
+    page.put(format_args!("</linearGradient>\n"));
+}
+
+/// Draws the samples and a bar of round length below the plane, a unit of which has `scale` pixels.
+pub(super) fn draw_samples(page: &mut Page, plane: Rect, scene: &Scene<'_>, scale: f64) {
+    let y = plane.bottom() + 24.0;
+    let mut x = plane.x;
+    for (name, style) in samples(scene) {
+        draw_sample(page, [x, y - 4.0], name, &style);
+        page.text([x + SAMPLE, y], Type::new(Anchor::Start, MUTED), name);
+        x += SAMPLE + text_width(name) + SPACE;
+    }
+    if scale > 0.0 {
+        draw_scale_bar(page, plane, scale);
+    }
+}
+
+fn samples(scene: &Scene<'_>) -> Vec<(&'static str, String)> {
+    let dark = STOPS[STOPS.len() - 1].to_string();
+    let mut samples = vec![
+        ("point", format!("{POINT_STYLE} stroke-width=\"3.6\"")),
+        ("tree edge", format!("{TREE_STYLE} stroke-width=\"1.1\"")),
+    ];
+    if !scene.view.critical.is_empty() {
+        samples.push(("critical edge", format!("{CRITICAL_STYLE} stroke=\"{dark}\" stroke-width=\"4\"")));
+        samples.push(("hole", hole_style(&dark)));
+    }
+    if scene.simplified.is_some() {
+        samples.push(("simplified", format!("{SIMPLE_STYLE} stroke-width=\"3\"")));
+    }
+    samples
+}
+
+fn draw_sample(page: &mut Page, [x, y]: [f64; 2], name: &str, style: &str) {
+    match name {
+        "hole" => page.circle([x + 10.0, y], 7.0, style, None),
+        "point" => page.path(&format!("M{} {y}h0", x + 10.0), style),
+        _ => page.path(&format!("M{} {y}h14", x + 3.0), style),
+    }
+}
+
+fn draw_scale_bar(page: &mut Page, plane: Rect, scale: f64) {
+    let (digit, power) = round_step(SCALE_BAR / 2.0 * plane.width / scale);
+    let length = f64::from(digit) * 10f64.powi(power);
+    let (right, y) = (plane.right(), plane.bottom() + 20.0);
+    let left = right - length * scale;
+    let data = format!("M{left:.2} {}v8m0-4H{right}m0-4v8", y - 4.0);
+    page.path(&data, format_args!("class=\"scale\" fill=\"none\" stroke=\"{MUTED}\""));
+    page.text([(left + right) / 2.0, y + 18.0], Type::new(Anchor::Middle, MUTED), &short(length));
+}
+
+/// What the panels are, above them.
+pub(super) fn draw_captions(page: &mut Page, plane: Rect, diagram: Rect, scene: &Scene<'_>) {
+    let caption = Type::new(Anchor::Start, INK).sized(13.0);
+    let y = plane.y - 30.0;
+    let what = match (scene.simplified.is_some(), scene.view.spec) {
+        (true, _) => "Simplified skeleton, over the original",
+        (false, ViewSpec::Full) => "Skeleton: all of it",
+        (false, ViewSpec::Reduced { .. }) => "Skeleton, reduced at alpha",
+        (false, ViewSpec::Derived { .. }) => "Skeleton, derived by the gaps",
+    };
+    page.text([plane.x, y], caption, what);
+    page.text([diagram.x, y], caption, "Persistence diagram");
+}

@@ -1,0 +1,165 @@
+//! The left panel: the cloud, the tree, the critical edges, their holes, the simplified skeleton.
+//!
+//! In: a [`Scene`]. Out: shapes on the page, the most important on top. Invariants: holes are drawn for the most persistent dots only, marks are
+//! thinned to the panel's pixels; critical edges have the colour of their persistence. Must not know: the diagram, gaps.
+
+use hopes::topology::{Dot, Edge, Hole, Skeleton};
+
+use super::Scene;
+use super::camera::{Camera, Extent};
+use super::layout::Rect;
+use super::marks::Grid;
+use super::numbers::short;
+use super::page::{FRAME, GROUND, INK, Page};
+use super::ramp::Bucket;
+
+/// At most so many holes are shown.
+const HOLES: usize = 300;
+/// Smaller holes than this cannot be seen.
+const LEAST_HOLE: f64 = 1.0;
+/// At most so many vertices of a simplified skeleton are marked.
+const NODES: usize = 2000;
+
+pub(super) const POINT_STYLE: &str = "fill=\"none\" stroke=\"#3c4a5e\" stroke-linecap=\"round\"";
+pub(super) const TREE_STYLE: &str = "fill=\"none\" stroke=\"#707d90\" stroke-linecap=\"round\"";
+pub(super) const CRITICAL_STYLE: &str = "fill=\"none\" stroke-linecap=\"round\"";
+pub(super) const SIMPLE_STYLE: &str =
+    "fill=\"none\" stroke=\"#1b2432\" stroke-linecap=\"round\" stroke-linejoin=\"round\"";
+
+/// Draws the panel, and returns how many pixels a unit of the plane has.
+pub(super) fn draw(page: &mut Page, panel: Rect, scene: &Scene<'_>) -> f64 {
+    let holes = shown_holes(scene);
+    let camera = Camera::new(extent(scene, &holes), panel);
+    page.rect(panel.grown(0.5), format_args!("fill=\"{GROUND}\" stroke=\"{FRAME}\""));
+    let view = Plane { scene, camera, area: panel.width * panel.height };
+    page.panel(panel, |page| match scene.simplified {
+        None => view.draw_original(page, &holes),
+        Some((positions, edges)) => {
+            page.group(format_args!("opacity=\".35\""), |page| view.draw_original(page, &holes));
+            view.draw_simplified(page, positions, edges);
+        }
+    });
+    camera.scale()
+}
+
+fn shown_holes(scene: &Scene<'_>) -> Vec<(Dot, Hole)> {
+    let dots = scene.shown_dots().take(HOLES);
+    let holes = dots.map(|dot| (*dot, scene.skeleton.hole(dot)));
+    holes.filter(|(_, hole)| hole.radius.is_finite() && hole.center.iter().all(|v| v.is_finite())).collect()
+}
+
+fn extent(scene: &Scene<'_>, holes: &[(Dot, Hole)]) -> Extent {
+    let points = scene.skeleton.vertices().iter().map(|vertex| vertex.position.xy());
+    let around_points = points.fold(Extent::EMPTY, Extent::with);
+    holes.iter().fold(around_points, |extent, (_, hole)| extent.with_circle(hole.center, hole.radius))
+}
+
+/// How bold marks are where there are so many on so many square pixels: from 1 down.
+fn weight(marks: usize, area: f64) -> f64 {
+    ((area / marks.max(1) as f64).sqrt() / 12.0).clamp(0.3, 1.0)
+}
+
+/// The cloud in its panel.
+struct Plane<'a> {
+    scene: &'a Scene<'a>,
+    camera: Camera,
+    area: f64,
+}
+
+impl Plane<'_> {
+    fn draw_original(&self, page: &mut Page, holes: &[(Dot, Hole)]) {
+        self.draw_holes(page, holes);
+        self.draw_tree(page);
+        self.draw_points(page);
+        self.draw_critical(page);
+    }
+
+    fn draw_holes(&self, page: &mut Page, holes: &[(Dot, Hole)]) {
+        for (dot, hole) in holes {
+            let radius = hole.radius * self.camera.scale();
+            if radius < LEAST_HOLE {
+                continue;
+            }
+            let color = self.scene.ramp.bucket(dot.persistence()).color();
+            let hint = format!("hole: birth {}, death {}", short(dot.birth), short(dot.death));
+            let style = hole_style(&color.to_string());
+            page.circle(self.camera.place(hole.center), radius, style, Some(&hint));
+        }
+    }
+
+    fn draw_tree(&self, page: &mut Page) {
+        let edges = &self.scene.view.tree;
+        let data = self.segments(edges.len(), edges.iter().copied());
+        let width = 1.1 * weight(self.scene.skeleton.vertices().len(), self.area);
+        page.path(&data, format_args!("class=\"tree\" {TREE_STYLE} stroke-width=\"{width:.2}\""));
+    }
+
+    fn draw_points(&self, page: &mut Page) {
+        let vertices = self.scene.skeleton.vertices();
+        let places = vertices.iter().map(|vertex| self.camera.place(vertex.position.xy()));
+        let data = Grid::new(vertices.len(), self.area).dots(places);
+        let width = 3.6 * weight(vertices.len(), self.area);
+        page.path(&data, format_args!("class=\"points\" {POINT_STYLE} stroke-width=\"{width:.2}\""));
+    }
+
+    /// The more persistent an edge is, the bolder and the farther on top.
+    fn draw_critical(&self, page: &mut Page) {
+        let weight = weight(self.scene.view.critical.len(), self.area);
+        let mut buckets = vec![Vec::new(); super::ramp::BUCKETS];
+        for dot in self.scene.shown_dots() {
+            buckets[self.scene.ramp.bucket(dot.persistence()).index()].push(dot.edge);
+        }
+        for bucket in Bucket::all() {
+            let edges = &buckets[bucket.index()];
+            let data = self.segments(self.scene.view.critical.len(), edges.iter().copied());
+            let width = weight * (1.5 + 2.5 * bucket.share());
+            let color = bucket.color();
+            page.path(
+                &data,
+                format_args!("class=\"critical\" {CRITICAL_STYLE} stroke=\"{color}\" stroke-width=\"{width:.2}\""),
+            );
+        }
+    }
+
+    fn segments(&self, marks: usize, edges: impl Iterator<Item = Edge>) -> String {
+        let ends = |edge: Edge| edge.map(|end| self.camera.place(position(self.scene.skeleton, end)));
+        Grid::new(marks, self.area).segments(edges.map(ends))
+    }
+
+    fn draw_simplified(&self, page: &mut Page, positions: &[[f64; 2]], edges: &[[u32; 2]]) {
+        let weight = weight(edges.len(), self.area);
+        let place = |end: u32| self.camera.place(positions[end as usize]);
+        let data = Grid::new(edges.len(), self.area).segments(edges.iter().map(|edge| edge.map(place)));
+        let width = 3.0 * weight;
+        page.path(&data, format_args!("class=\"simplified\" {SIMPLE_STYLE} stroke-width=\"{width:.2}\""));
+        let nodes = nodes(positions.len(), edges).take(NODES).map(place);
+        let data = Grid::new(positions.len(), self.area).dots(nodes);
+        for (color, width) in [(INK, 8.0 * weight), ("#fff", 4.0 * weight)] {
+            page.path(
+                &data,
+                format_args!("fill=\"none\" stroke=\"{color}\" stroke-linecap=\"round\" stroke-width=\"{width:.2}\""),
+            );
+        }
+    }
+}
+
+/// How a hole looks.
+pub(super) fn hole_style(color: &str) -> String {
+    format!(
+        "fill=\"{color}\" fill-opacity=\".09\" stroke=\"{color}\" stroke-opacity=\".55\" stroke-width=\".9\" \
+         stroke-dasharray=\"4 3\""
+    )
+}
+
+fn position(skeleton: &Skeleton, vertex: u32) -> [f64; 2] {
+    skeleton.vertices()[vertex as usize].position.xy()
+}
+
+/// Vertices where a skeleton ends or forks.
+fn nodes(vertices: usize, edges: &[[u32; 2]]) -> impl Iterator<Item = u32> {
+    let mut degrees = vec![0_u32; vertices];
+    for end in edges.iter().flatten() {
+        degrees[*end as usize] += 1;
+    }
+    (0..vertices as u32).filter(move |&vertex| degrees[vertex as usize] != 2)
+}

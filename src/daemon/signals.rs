@@ -1,0 +1,34 @@
+//! Ctrl-C and SIGTERM as events.
+//!
+//! In: signals of the process. Out: a channel with the signal's name. Invariants: the first signal asks for an end in good order; a
+//! second one ends the process at once, with the usual exit code 128 + number. Must not know: what an end in good order is.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use crossbeam_channel::{Receiver, bounded};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+use signal_hook::iterator::Signals;
+
+/// A channel that says which signal came.
+pub fn channel() -> io::Result<Receiver<&'static str>> {
+    for (signal, code) in [(SIGINT, 130), (SIGTERM, 143)] {
+        let asked_before = Arc::new(AtomicBool::new(false));
+        // In this order: the first signal arms what the second one sets off.
+        flag::register_conditional_shutdown(signal, code, Arc::clone(&asked_before))?;
+        flag::register(signal, asked_before)?;
+    }
+    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    let (sender, receiver) = bounded(1);
+    std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
+        for signal in signals.forever() {
+            let name = if signal == SIGINT { "SIGINT" } else { "SIGTERM" };
+            if sender.send(name).is_err() {
+                return;
+            }
+        }
+    })?;
+    Ok(receiver)
+}
