@@ -8,7 +8,7 @@
 use std::cmp::Ordering;
 
 use super::filtration::Filtration;
-use super::geometry::{acuteness, are_cocircular, circumcircle, orientation};
+use super::geometry::{acuteness, are_cocircular, circumradius_squared, orientation};
 use super::mesh::{Mesh, OUTER_FACE};
 use super::position::Position;
 
@@ -80,9 +80,8 @@ impl Basins {
             if filtration.is_maximum(maximum) {
                 collect_sites(mesh, &tributaries, maximum, &mut sites);
                 let triangle = central_triangle(mesh, &mut sites);
-                let circle = circumcircle(triangle.map(|site| mesh.position(site)));
                 let basin = self.of_face[maximum as usize] as usize;
-                self.weights[basin] = circle.radius_squared;
+                self.weights[basin] = circumradius_squared(triangle.map(|site| mesh.position(site)));
                 self.triangles[basin] = triangle;
             }
         }

@@ -10,8 +10,11 @@
 //! Scales: H. Edelsbrunner and J. Harer, "Computational Topology", section III.4; radii, not squared, at the interface.
 
 use std::cmp::Ordering;
+use std::ops::Range;
 
-use super::geometry::{Circle, Cocircular, acuteness, circumcircle, half_length_squared, quick_cocircular};
+use super::geometry::{
+    Circle, Cocircular, acuteness, circumcircle, circumradius_squared, half_length_squared, quick_acuteness, quick_cocircular,
+};
 use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
 use super::reduction::Link;
 
@@ -44,63 +47,78 @@ pub struct Filtration {
     suspects: Vec<Suspect>,
 }
 
+/// How many edges are looked at together.
+const BLOCK: usize = 64;
+
+/// One side of an edge.
+#[derive(Clone, Copy, Default)]
+struct Side {
+    /// The corner opposite to the edge.
+    opposite: u32,
+    /// Whether the edge is the last of the triangle's three.
+    closes: bool,
+    /// How the angle there compares with a right one, where that is sure. On the outer face it never is: there the edge looks at
+    /// itself.
+    angle: Option<Ordering>,
+}
+
 impl Filtration {
     /// Classifies every edge and triangle of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
-        let edges = mesh.edges();
+        let count = mesh.edges().len();
         let mut filtration = Self {
             flow: (0..mesh.face_count() as u32).collect(),
-            gabriel: Vec::with_capacity(edges.len() / 4 * 3),
+            gabriel: Vec::with_capacity(count / 4 * 3),
             maxima: Vec::with_capacity(mesh.face_count() / 2),
             suspects: Vec::new(),
         };
-        for (index, edge) in edges.iter().enumerate() {
-            filtration.classify(mesh, index as u32, edge);
-            for face in edge.faces {
-                // With the last of its edges all angles of a triangle are known, and its corners are at hand.
-                if mesh.last_edge(face) == index as u32 && face != OUTER_FACE && filtration.is_maximum(face) {
-                    filtration.push_maximum(mesh, face, edge);
-                }
+        let mut sides = [[Side::default(); 2]; BLOCK];
+        for first in (0..count).step_by(BLOCK) {
+            let block = first as u32..(first + BLOCK).min(count) as u32;
+            look_across(mesh, block.clone(), &mut sides);
+            for (index, sides) in block.zip(&sides) {
+                filtration.classify(mesh, index, sides);
             }
         }
         filtration
     }
 
     #[inline]
-    fn classify(&mut self, mesh: &Mesh, index: u32, edge: &MeshEdge) {
+    fn classify(&mut self, mesh: &Mesh, index: u32, sides: &[Side; 2]) {
+        let edge = &mesh.edges()[index as usize];
+        let attached = [0, 1].map(|side| is_attached_to(mesh, edge, side, &sides[side]));
+        if attached == [false, false] {
+            let [a, b] = edge.ends.map(|site| mesh.position(site));
+            self.gabriel.push(Link { scale: half_length_squared(a, b), ends: edge.faces, edge: index });
+        } else {
+            self.attach(mesh, edge, sides, attached);
+        }
+        for (face, side) in edge.faces.into_iter().zip(sides) {
+            // With the last of its edges all angles of a triangle are known, and its corners are at hand.
+            if side.closes && self.is_maximum(face) {
+                let triangle = mesh.by_position([edge.ends[0], edge.ends[1], side.opposite]);
+                let radius_squared = circumradius_squared(triangle.map(|site| mesh.position(site)));
+                self.maxima.push(Maximum { face, triangle, radius_squared });
+            }
+        }
+    }
+
+    fn attach(&mut self, mesh: &Mesh, edge: &MeshEdge, sides: &[Side; 2], attached: [bool; 2]) {
         let [left, right] = edge.faces;
-        let attached = [left, right].map(|face| is_attached_to(mesh, face, edge));
-        let (from, into) = match attached {
-            [false, false] => return self.push_gabriel(mesh, index, edge),
-            [true, false] => (left, right),
-            [false, true] => (right, left),
-            // Both angles are right and the edge is a diameter: either triangle may be called the maximum.
-            [true, true] => (left.max(right), left.min(right)),
-        };
+        let right_angles = attached == [true, true];
+        // With two right angles the edge is a diameter: either triangle may be called the maximum.
+        let from_left = if right_angles { left > right } else { attached[0] };
+        let (from, into) = if from_left { (left, right) } else { (right, left) };
         self.flow[from as usize] = into;
         if into == OUTER_FACE {
             return;
         }
-        let right_angles = attached == [true, true];
         let [a, b] = edge.ends.map(|site| mesh.position(site));
-        let [p, q] = [from, into].map(|face| mesh.position(mesh.opposite(face, edge)));
+        let [p, q] = [0, 1].map(|side| mesh.position(sides[side].opposite));
         match if right_angles { Cocircular::Yes } else { quick_cocircular(a, b, p, q) } {
             Cocircular::No => {}
             look => self.suspects.push(Suspect { face: from, certain: look == Cocircular::Yes }),
         }
-    }
-
-    #[inline]
-    fn push_gabriel(&mut self, mesh: &Mesh, index: u32, edge: &MeshEdge) {
-        let [a, b] = edge.ends.map(|site| mesh.position(site));
-        self.gabriel.push(Link { scale: half_length_squared(a, b), ends: edge.faces, edge: index });
-    }
-
-    #[inline]
-    fn push_maximum(&mut self, mesh: &Mesh, face: u32, edge: &MeshEdge) {
-        let triangle = mesh.by_position([edge.ends[0], edge.ends[1], mesh.opposite(face, edge)]);
-        let radius_squared = circumcircle(triangle.map(|site| mesh.position(site))).radius_squared;
-        self.maxima.push(Maximum { face, triangle, radius_squared });
     }
 
     /// Of each face: the face across its attached edge, or itself at a local maximum (and for the outer face).
@@ -161,12 +179,34 @@ impl Filtration {
     }
 }
 
-/// Whether the corner of `face` opposite to `edge` lies in the closed disc with the edge as diameter.
+/// Looks across a block of edges.
+///
+/// What lies across is all over the memory. Fetched for many edges before any of it is decided on, it is waited for once, not
+/// once an edge.
 #[inline]
-fn is_attached_to(mesh: &Mesh, face: u32, edge: &MeshEdge) -> bool {
-    if face == OUTER_FACE {
-        return false;
+fn look_across(mesh: &Mesh, block: Range<u32>, sides: &mut [[Side; 2]; BLOCK]) {
+    for (index, sides) in block.clone().zip(sides.iter_mut()) {
+        for (side, look) in sides.iter_mut().enumerate() {
+            (look.opposite, look.closes) = mesh.across(index, side);
+        }
     }
-    let [a, b] = edge.ends.map(|site| mesh.position(site));
-    acuteness(a, mesh.position(mesh.opposite(face, edge)), b) != Ordering::Greater
+    for (index, sides) in block.zip(sides) {
+        let [a, b] = mesh.edges()[index as usize].ends.map(|site| mesh.position(site));
+        for look in sides {
+            look.angle = quick_acuteness(a, mesh.position(look.opposite), b);
+        }
+    }
+}
+
+/// Whether the corner on one side of an edge lies in the closed disc with the edge as diameter.
+#[inline]
+fn is_attached_to(mesh: &Mesh, edge: &MeshEdge, side: usize, look: &Side) -> bool {
+    let angle = look.angle.unwrap_or_else(|| match edge.faces[side] {
+        OUTER_FACE => Ordering::Greater,
+        _ => {
+            let [a, b] = edge.ends.map(|site| mesh.position(site));
+            acuteness(a, mesh.position(look.opposite), b)
+        }
+    });
+    angle != Ordering::Greater
 }

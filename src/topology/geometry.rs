@@ -51,12 +51,17 @@ pub fn distance(a: Position, b: Position) -> f64 {
 /// This is the sign of a scalar product, hence the sense.
 #[inline]
 pub fn acuteness(a: Position, apex: Position, b: Position) -> Ordering {
+    quick_acuteness(a, apex, b).unwrap_or_else(|| sign(exact_dot(a, apex, b)))
+}
+
+/// The same where rounding cannot have decided it; none where it may have.
+#[inline]
+pub fn quick_acuteness(a: Position, apex: Position, b: Position) -> Option<Ordering> {
     let xx = (a.x() - apex.x()) * (b.x() - apex.x());
     let yy = (a.y() - apex.y()) * (b.y() - apex.y());
     let dot = xx + yy;
     let sure = dot.abs() > PRODUCT_SUM_ERROR * (xx.abs() + yy.abs());
-    let dot = if sure { dot } else { exact_dot(a, apex, b) };
-    sign(dot)
+    sure.then_some(sign(dot))
 }
 
 #[inline]
@@ -145,6 +150,20 @@ pub fn circumcircle(corners: [Position; 3]) -> Circle {
         center: [origin.x() + 0.5 * (ux / cross), origin.y() + 0.5 * (uy / cross)],
         radius_squared: (pp / cross) * (qq / cross) * opposite * 0.25,
     }
+}
+
+/// Circumradius, squared, of three points in increasing order that are not on one line. Quicker than [`circumcircle`].
+#[inline]
+pub fn circumradius_squared([a, b, c]: [Position; 3]) -> f64 {
+    debug_assert!(a < b && b < c);
+    let (left, right) = ((b.x() - a.x()) * (c.y() - a.y()), (b.y() - a.y()) * (c.x() - a.x()));
+    let mut cross = left - right;
+    if cross.abs() < CANCELLATION * (left.abs() + right.abs()) {
+        cross = exact_cross(a, b, c);
+    }
+    let [ab, ac, bc] = [(a, b), (a, c), (b, c)].map(|(p, q)| half_length_squared(p, q));
+    // Sides are divided before they are multiplied, so that only a radius that is too large itself overflows.
+    (ab / cross) * (ac / cross) * (16.0 * bc)
 }
 
 /// The corners with the one opposite the longest side first (the first such, if sides tie).
@@ -299,6 +318,16 @@ mod tests {
     fn a_radius_that_overflows_is_infinite() {
         let c = circumcircle([at(0.0, 0.0), at(2f64.powi(200), 2f64.powi(-142)), at(2f64.powi(201), 0.0)]);
         assert_eq!(c.radius_squared, f64::INFINITY);
+    }
+
+    #[test]
+    fn both_ways_to_a_circumradius_agree() {
+        for h in [1.0, 0.3, 1e-3, 2f64.powi(-50)] {
+            let corners = [at(-1.0, 0.0), at(0.1, h), at(1.0, 0.0)];
+            let (quick, circle) = (circumradius_squared(corners), circumcircle(corners).radius_squared);
+            assert!((quick / circle - 1.0).abs() < 1e-12, "{h}: {quick} {circle}");
+        }
+        assert_eq!(circumradius_squared([at(0.0, 0.0), at(0.0, 2.0), at(2.0, 0.0)]), 2.0);
     }
 
     #[test]

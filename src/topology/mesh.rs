@@ -113,19 +113,25 @@ impl Mesh {
         self.by_position([edge.ends[0], edge.ends[1], self.opposite(face, edge)])
     }
 
-    /// The last of the three edges of a triangle (of all edges, for the outer face).
+    /// What an edge sees on one side: the corner opposite to it (one of its own ends, on the outer face), and whether it is the last of the
+    /// triangle's three edges.
     #[inline]
-    pub fn last_edge(&self, face: u32) -> u32 {
-        self.faces[face as usize].edge
+    pub fn across(&self, index: u32, side: usize) -> (u32, bool) {
+        let edge = &self.edges[index as usize];
+        let face = &self.faces[edge.faces[side] as usize];
+        let [a, b] = edge.ends;
+        let inside = edge.faces[side] != OUTER_FACE;
+        (if inside { face.corner_sum.wrapping_sub(a).wrapping_sub(b) } else { a }, inside & (face.edge == index))
     }
 
     /// Three sites in order of position.
     #[inline]
     pub fn by_position(&self, [mut a, mut b, mut c]: [u32; 3]) -> [u32; 3] {
+        // Selections rather than branches: which is smaller is anybody's guess.
         let swap = |first: &mut u32, second: &mut u32| {
-            if self.position(*second) < self.position(*first) {
-                std::mem::swap(first, second);
-            }
+            let (p, q) = (self.position(*first), self.position(*second));
+            let wrong = (q.x() < p.x()) | ((q.x() == p.x()) & (q.y() < p.y()));
+            (*first, *second) = if wrong { (*second, *first) } else { (*first, *second) };
         };
         swap(&mut a, &mut b);
         swap(&mut b, &mut c);
