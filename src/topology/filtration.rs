@@ -13,7 +13,8 @@ use std::cmp::Ordering;
 use std::ops::Range;
 
 use super::geometry::{
-    Circle, Cocircular, acuteness, circumcircle, circumradius_squared, half_length_squared, quick_acuteness, quick_cocircular,
+    Circle, Cocircular, acuteness, circumcircle, circumradius_squared, half_length_squared, quick_acuteness,
+    quick_cocircular,
 };
 use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
 use super::reduction::Link;

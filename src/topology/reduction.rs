@@ -35,9 +35,11 @@ pub trait TotalOrder {
 }
 
 /// A merge whose younger side is closed: for good, whatever lies outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
-    /// The link that gives birth.
+    /// The scale of the link that gives birth.
+    pub scale: f64,
+    /// That link.
     pub edge: u32,
     /// The node whose filling is the death: the maximum of the younger side.
     pub death: u32,
@@ -151,7 +153,7 @@ impl<O: TotalOrder> State<'_, O> {
             self.result.links.push(Link { ends: [younger, elder], ..link });
             self.open[elder as usize] = true;
         } else {
-            self.result.pairs.push(Pair { edge: link.edge, death: younger });
+            self.result.pairs.push(Pair { scale: link.scale, edge: link.edge, death: younger });
         }
         self.elder[younger as usize] = elder;
     }
@@ -163,13 +165,14 @@ impl<O: TotalOrder> State<'_, O> {
     fn take_apparent(&mut self, links: &mut Vec<Link>, latest: &mut [Latest]) {
         for (index, link) in links.iter().enumerate() {
             for node in link.ends {
-                let best = &mut latest[node as usize];
-                let is_later = link.scale > best.scale
-                    || link.scale == best.scale
-                        && self.order.break_tie(links[best.link as usize].edge, link.edge) == Ordering::Less;
-                if is_later {
-                    *best = Latest { scale: link.scale, link: index as u32 };
-                }
+                let best = latest[node as usize];
+                let is_later = if link.scale == best.scale {
+                    self.order.break_tie(links[best.link as usize].edge, link.edge) == Ordering::Less
+                } else {
+                    link.scale > best.scale
+                };
+                // A selection rather than a branch: which is later is anybody's guess.
+                latest[node as usize] = if is_later { Latest { scale: link.scale, link: index as u32 } } else { best };
             }
         }
         for (index, link) in links.iter_mut().enumerate() {
@@ -179,7 +182,7 @@ impl<O: TotalOrder> State<'_, O> {
                     && !self.open[younger as usize]
                     && self.order.compare_nodes(younger, elder) == Ordering::Less
                 {
-                    self.result.pairs.push(Pair { edge: link.edge, death: younger });
+                    self.result.pairs.push(Pair { scale: link.scale, edge: link.edge, death: younger });
                     self.elder[younger as usize] = elder;
                     link.edge = NONE;
                     break;

@@ -78,7 +78,7 @@ impl Skeleton {
         tree.sort_unstable();
         let mut dots = Vec::with_capacity(reduction.pairs.len());
         dots.extend(reduction.pairs.iter().filter_map(|&pair| {
-            let (birth, death) = label(mesh, basins, pair)?;
+            let (birth, death) = label(basins, pair)?;
             let triangle = basins.triangle(pair.death).map(|site| rank[site as usize]);
             Some(Dot { birth, death, edge: edge_of(pair.edge), triangle })
         }));
@@ -143,10 +143,8 @@ fn ranked_vertices(cloud: &Cloud, mesh: &Mesh) -> (Vec<Vertex>, Vec<u32>) {
 }
 
 /// The label of a pair's critical edge, unless its dot is on the diagonal.
-fn label(mesh: &Mesh, basins: &Basins, pair: Pair) -> Option<(f64, f64)> {
-    let [a, b] = mesh.edges()[pair.edge as usize].ends.map(|site| mesh.position(site));
-    let birth = half_length_squared(a, b).sqrt();
-    let death = basins.weight(pair.death).sqrt();
+fn label(basins: &Basins, pair: Pair) -> Option<(f64, f64)> {
+    let (birth, death) = (pair.scale.sqrt(), basins.weight(pair.death).sqrt());
     (death - birth > DIAGONAL * death).then_some((birth, death))
 }
 
