@@ -1,47 +1,73 @@
 //! The JSON answer of `compute`; its keys stand in the README.
 //!
-//! In: an [`Answer`]. Out: one JSON object on one line. Invariants: lists are streamed, never built; numbers that are not finite are
-//! null. Must not know: files.
+//! In: an [`Answer`]. Out: one JSON object on one line. Invariants: lists are written piece by piece, never held as a whole, their pieces made
+//! on all cores; the bytes do not depend on how many cores there are; numbers that are not finite are null. Must not know: files.
 
 use std::io::{self, Write};
+use std::num::NonZero;
+use std::thread;
 
 use hopes::topology::{Dot, Edge, Margins, ViewSpec};
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::Answer;
 
+/// Elements that one thread makes into text at a time.
+const PIECE: usize = 16_384;
+
 /// Writes the answer and a line end.
 pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
-    serde_json::to_writer(&mut *out, &Root::of(answer))?;
-    out.write_all(b"\n")
+    let skeleton = answer.skeleton;
+    let points = skeleton.vertices().len();
+    write!(out, "{{\"points\":{points},\"duplicates\":{},\"rejected\":{},", answer.duplicates, answer.rejected)?;
+    out.write_all(b"\"vertices\":")?;
+    write_list(out, skeleton.vertices(), |vertex| vertex.position.xy())?;
+    out.write_all(b",\"dots\":")?;
+    write_list(out, skeleton.dots(), |dot| labelled(answer, dot))?;
+    out.write_all(b",\"mst\":{\"edges\":")?;
+    write_list(out, skeleton.tree(), |&edge| edge)?;
+    write!(out, ",\"length\":{}}},\"view\":{{", number(skeleton.tree_length()))?;
+    write_view(answer, out)?;
+    if let Some((threshold, simplified)) = answer.simplified {
+        write!(out, ",\"simplified\":{{\"threshold\":{},\"vertices\":", number(threshold))?;
+        write_list(out, &simplified.positions, |&position| position)?;
+        out.write_all(b",\"edges\":")?;
+        write_list(out, &simplified.edges, |&edge| edge)?;
+        out.write_all(b"}")?;
+    }
+    out.write_all(b"}\n")
 }
 
-/// A list that is made while it is written.
-struct Each<I>(I);
+fn write_view(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
+    let view = answer.view;
+    write_kind(answer, out)?;
+    out.write_all(b",\"edges\":")?;
+    write_list(out, &view.tree, |&edge| edge)?;
+    out.write_all(b",\"critical\":")?;
+    write_list(out, &view.critical, |&index| answer.skeleton.dots()[index as usize].edge)?;
+    let length = number(view.length(answer.skeleton));
+    write!(out, ",\"components\":{},\"cycles\":{},\"length\":{length}}}", view.components, view.cycles)
+}
 
-impl<I: Iterator<Item: Serialize> + Clone> Serialize for Each<I> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.0.clone())
+fn write_kind(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
+    match answer.view.spec {
+        ViewSpec::Full => out.write_all(b"\"kind\":\"full\""),
+        ViewSpec::Reduced { alpha } => write!(out, "\"kind\":\"reduced\",\"alpha\":{}", number(alpha)),
+        ViewSpec::Derived { k, l } => {
+            let selection = answer.view.selection.as_ref();
+            let ds = selection.and_then(|selection| selection.ds).unwrap_or(f64::INFINITY);
+            let vs = selection.map_or(f64::INFINITY, |selection| selection.vs);
+            let Margins { diagonal, vertical } = selection.map(|selection| selection.margins).unwrap_or_default();
+            let [diagonal, vertical] = [diagonal, vertical].map(|margin| number(margin.unwrap_or(f64::INFINITY)));
+            write!(out, "\"kind\":\"derived\",\"k\":{k},\"l\":{l},\"ds\":{},\"vs\":{},", number(ds), number(vs))?;
+            write!(out, "\"margins\":{{\"diagonal\":{diagonal},\"vertical\":{vertical}}}")
+        }
     }
 }
 
-#[derive(Serialize)]
-struct Root<V, D, T> {
-    points: usize,
-    duplicates: u64,
-    rejected: u64,
-    vertices: V,
-    dots: D,
-    mst: Tree<T>,
-    view: Shown<T>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    simplified: Option<SimplifiedView<T>>,
-}
-
-#[derive(Serialize)]
-struct Tree<T> {
-    edges: T,
-    length: f64,
+/// A number, or null.
+fn number(value: f64) -> serde_json::Value {
+    serde_json::Number::from_f64(value).into()
 }
 
 #[derive(Serialize)]
@@ -58,92 +84,77 @@ struct Hole {
     radius: f64,
 }
 
-#[derive(Serialize)]
-struct Shown<T> {
-    #[serde(flatten)]
-    kind: Kind,
-    edges: T,
-    critical: Vec<Edge>,
-    components: usize,
-    cycles: usize,
-    length: f64,
-}
-
-#[derive(Serialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
-enum Kind {
-    Full,
-    Reduced { alpha: f64 },
-    Derived { k: u32, l: u32, ds: Option<f64>, vs: f64, margins: MarginValues },
-}
-
-#[derive(Serialize)]
-struct MarginValues {
-    diagonal: Option<f64>,
-    vertical: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct SimplifiedView<T> {
-    threshold: f64,
-    vertices: Vec<[f64; 2]>,
-    edges: T,
-}
-
-type Edges<'a> = Each<std::iter::Copied<std::slice::Iter<'a, Edge>>>;
-
-impl<'a> Root<(), (), Edges<'a>> {
-    fn of(answer: &'a Answer<'a>) -> impl Serialize + 'a {
-        let skeleton = answer.skeleton;
-        let view = answer.view;
-        Root {
-            points: skeleton.vertices().len(),
-            duplicates: answer.duplicates,
-            rejected: answer.rejected,
-            vertices: Each(skeleton.vertices().iter().map(|vertex| vertex.position.xy())),
-            dots: Each(skeleton.dots().iter().map(|dot| labelled(answer, dot))),
-            mst: Tree { edges: edges(skeleton.tree()), length: skeleton.tree_length() },
-            view: Shown {
-                kind: kind(answer),
-                edges: edges(&view.tree),
-                critical: view.critical_edges(skeleton).collect(),
-                components: view.components,
-                cycles: view.cycles,
-                length: view.length(skeleton),
-            },
-            simplified: answer.simplified.map(|(threshold, simplified)| SimplifiedView {
-                threshold,
-                vertices: simplified.positions.clone(),
-                edges: edges(&simplified.edges),
-            }),
-        }
-    }
-}
-
-fn edges(edges: &[Edge]) -> Edges<'_> {
-    Each(edges.iter().copied())
-}
-
 fn labelled(answer: &Answer, dot: &Dot) -> LabelledDot {
     let hole = answer.skeleton.hole(dot);
     let hole = Hole { center: hole.center, radius: hole.radius };
     LabelledDot { birth: dot.birth, death: dot.death, edge: dot.edge, hole }
 }
 
-fn kind(answer: &Answer) -> Kind {
-    match answer.view.spec {
-        ViewSpec::Full => Kind::Full,
-        ViewSpec::Reduced { alpha } => Kind::Reduced { alpha },
-        ViewSpec::Derived { k, l } => {
-            let selection = answer.view.selection.as_ref();
-            let Margins { diagonal, vertical } = selection.map(|selection| selection.margins).unwrap_or_default();
-            Kind::Derived {
-                k: k.get(),
-                l: l.get(),
-                ds: selection.and_then(|selection| selection.ds),
-                vs: selection.map_or(f64::INFINITY, |selection| selection.vs),
-                margins: MarginValues { diagonal, vertical },
-            }
+/// Writes a list, its pieces made into text side by side.
+fn write_list<T: Sync, S: Serialize>(
+    out: &mut impl Write,
+    items: &[T],
+    element: impl Fn(&T) -> S + Sync,
+) -> io::Result<()> {
+    let threads = thread::available_parallelism().map_or(1, NonZero::get);
+    let mut opening = b"[";
+    for round in items.chunks(PIECE * threads) {
+        for text in texts(round, &element)? {
+            // Each piece is a list of its own: its bracket makes way for a comma, or stays at the very beginning.
+            out.write_all(opening)?;
+            out.write_all(&text[1..text.len() - 1])?;
+            opening = b",";
         }
+    }
+    if items.is_empty() {
+        out.write_all(b"[")?;
+    }
+    out.write_all(b"]")
+}
+
+fn texts<T: Sync, S: Serialize>(round: &[T], element: &(impl Fn(&T) -> S + Sync)) -> io::Result<Vec<Vec<u8>>> {
+    let text = |piece: &[T]| {
+        let mut text = Vec::with_capacity(piece.len() * 32);
+        let list = serde_json::Serializer::new(&mut text);
+        collect(list, piece.iter().map(element)).map(|()| text)
+    };
+    if round.len() <= PIECE {
+        return Ok(vec![text(round)?]);
+    }
+    thread::scope(|scope| {
+        let workers: Vec<_> = round.chunks(PIECE).map(|piece| scope.spawn(move || text(piece))).collect();
+        let join = |worker: thread::ScopedJoinHandle<'_, serde_json::Result<Vec<u8>>>| match worker.join() {
+            Ok(text) => Ok(text?),
+            Err(panic) => std::panic::resume_unwind(panic),
+        };
+        workers.into_iter().map(join).collect()
+    })
+}
+
+fn collect<W: Write, S: Serialize>(
+    mut serializer: serde_json::Serializer<W>,
+    items: impl Iterator<Item = S>,
+) -> serde_json::Result<()> {
+    serde::Serializer::collect_seq(&mut serializer, items)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_of_many_pieces_is_one_list() {
+        for length in [0, 1, PIECE - 1, PIECE, PIECE + 1, 5 * PIECE + 7] {
+            let items: Vec<usize> = (0..length).collect();
+            let mut bytes = Vec::new();
+            write_list(&mut bytes, &items, |&item| item).unwrap();
+            assert_eq!(serde_json::from_slice::<Vec<usize>>(&bytes).unwrap(), items);
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_null() {
+        assert_eq!(number(f64::INFINITY).to_string(), "null");
+        assert_eq!(number(2.5).to_string(), "2.5");
     }
 }

@@ -31,7 +31,7 @@ mod text;
 mod tests;
 
 pub use columns::Columns;
-pub use error::{BadLine, ReadError};
+pub use error::ReadError;
 pub use format::Format;
 pub use reader::{Limits, Reader};
 pub use record::Record;
