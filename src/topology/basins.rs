@@ -110,15 +110,10 @@ impl Basins {
         self.of_face[face as usize]
     }
 
-    /// The elder rule's order: by weight, equal ones by the triangles' corners.
-    #[inline]
-    pub fn compare(&self, mesh: &Mesh, a: u32, b: u32) -> Ordering {
-        // Weights are no NaN: plain comparisons are a total order.
-        let by_weight = |a: f64, b: f64| (a > b).cmp(&(a < b));
-        by_weight(self.weight(a), self.weight(b)).then_with(|| {
-            let corners = |basin: u32| self.triangle(basin).map(|site| mesh.position(site));
-            corners(a).cmp(&corners(b))
-        })
+    /// The elder rule's order of basins of equal weight: by their triangles' corners.
+    pub fn break_tie(&self, mesh: &Mesh, a: u32, b: u32) -> Ordering {
+        let corners = |basin: u32| self.triangle(basin).map(|site| mesh.position(site));
+        corners(a).cmp(&corners(b))
     }
 }
 

@@ -24,12 +24,14 @@ pub struct Link {
     pub edge: u32,
 }
 
-/// What decides between equals: the rest of the one total order.
+/// The total order, but for the links' scales.
 pub trait TotalOrder {
+    /// A node's weight: the elder of two nodes has the larger one.
+    fn weight(&self, node: u32) -> f64;
+    /// Compares two nodes of equal weight; `Greater` when `a` is the elder. Never `Equal` for different ones.
+    fn break_node_tie(&self, a: u32, b: u32) -> Ordering;
     /// Compares two links of equal scale; never `Equal` for different ones.
-    fn break_tie(&self, a: u32, b: u32) -> Ordering;
-    /// The elder rule's order of nodes; `Greater` when `a` is the elder. Never `Equal` for different nodes.
-    fn compare_nodes(&self, a: u32, b: u32) -> Ordering;
+    fn break_link_tie(&self, a: u32, b: u32) -> Ordering;
     /// Whether a node has links that are not handed in.
     fn is_open(&self, node: u32) -> bool;
 }
@@ -66,21 +68,11 @@ const FEW: usize = 64;
 ///
 /// `links` is consumed as working space.
 pub fn reduce(order: &impl TotalOrder, node_count: usize, mut links: Vec<Link>) -> Reduction {
-    let mut state = State {
-        order,
-        elder: (0..node_count as u32).collect(),
-        open: (0..node_count as u32).map(|node| order.is_open(node)).collect(),
-        result: Reduction {
-            pairs: Vec::with_capacity(node_count),
-            tree: Vec::with_capacity((links.len() + 1).saturating_sub(node_count)),
-            links: Vec::new(),
-        },
-    };
-    let mut latest = vec![Latest::default(); node_count];
-    state.contract(&mut links, &mut latest);
+    let mut state = State::new(order, node_count, links.len());
+    state.drop_loops(&mut links);
     loop {
         let before = links.len();
-        state.take_apparent(&mut links, &mut latest);
+        state.take_apparent(&mut links);
         if links.len() < FEW || (before - links.len()) * WORTHWHILE < before {
             break;
         }
@@ -94,49 +86,72 @@ pub fn reduce(order: &impl TotalOrder, node_count: usize, mut links: Vec<Link>) 
 
 const NONE: u32 = u32::MAX;
 
-/// The last link of a node, in the order: its place among the links, and its scale once more, to spare a look there.
-#[derive(Clone, Copy)]
-struct Latest {
-    scale: f64,
-    link: u32,
-}
-
-impl Default for Latest {
-    fn default() -> Self {
-        Self { scale: f64::NEG_INFINITY, link: NONE }
-    }
+/// By value; numbers that are no NaN are totally ordered so.
+#[inline]
+fn compare(a: f64, b: f64) -> Ordering {
+    (a > b).cmp(&(a < b))
 }
 
 #[inline]
 fn compare_links(order: &impl TotalOrder, a: &Link, b: &Link) -> Ordering {
-    // Scales are no NaN: plain comparisons are a total order.
-    match (a.scale > b.scale).cmp(&(a.scale < b.scale)) {
-        Ordering::Equal => order.break_tie(a.edge, b.edge),
-        decided => decided,
-    }
+    compare(a.scale, b.scale).then_with(|| order.break_link_tie(a.edge, b.edge))
+}
+
+/// All that is looked up of a node, side by side in memory.
+#[derive(Clone, Copy)]
+struct Node {
+    weight: f64,
+    /// An elder node of its component; itself, if it is the component's maximum.
+    elder: u32,
+    /// In a round: the place of its component's last link, in the order, and that link's scale.
+    last: u32,
+    last_scale: f64,
 }
 
 /// A union-find whose roots are the maxima of their components.
 struct State<'a, O> {
     order: &'a O,
-    elder: Vec<u32>,
+    nodes: Vec<Node>,
     /// Of a root: whether its component has an open node.
     open: Vec<bool>,
     result: Reduction,
 }
 
-impl<O: TotalOrder> State<'_, O> {
+impl<'a, O: TotalOrder> State<'a, O> {
+    fn new(order: &'a O, node_count: usize, link_count: usize) -> Self {
+        let nodes = 0..node_count as u32;
+        let alone =
+            |node| Node { weight: order.weight(node), elder: node, last: NONE, last_scale: f64::NEG_INFINITY };
+        let result = Reduction {
+            pairs: Vec::with_capacity(node_count),
+            tree: Vec::with_capacity((link_count + 1).saturating_sub(node_count)),
+            links: Vec::new(),
+        };
+        Self {
+            order,
+            nodes: nodes.clone().map(alone).collect(),
+            open: nodes.map(|node| order.is_open(node)).collect(),
+            result,
+        }
+    }
+
     #[inline]
     fn root(&mut self, mut node: u32) -> u32 {
         loop {
-            let parent = self.elder[node as usize];
-            let grandparent = self.elder[parent as usize];
+            let parent = self.nodes[node as usize].elder;
+            let grandparent = self.nodes[parent as usize].elder;
             if parent == grandparent {
                 return parent;
             }
-            self.elder[node as usize] = grandparent;
+            self.nodes[node as usize].elder = grandparent;
             node = grandparent;
         }
+    }
+
+    #[inline]
+    fn is_younger(&self, a: u32, b: u32) -> bool {
+        let by_weight = compare(self.nodes[a as usize].weight, self.nodes[b as usize].weight);
+        by_weight.then_with(|| self.order.break_node_tie(a, b)) == Ordering::Less
     }
 
     /// One link, in the order: the elder rule.
@@ -145,68 +160,82 @@ impl<O: TotalOrder> State<'_, O> {
         if a == b {
             return self.result.tree.push(link.edge);
         }
-        let (younger, elder) = match self.order.compare_nodes(a, b) {
-            Ordering::Less => (a, b),
-            _ => (b, a),
-        };
+        let (younger, elder) = if self.is_younger(a, b) { (a, b) } else { (b, a) };
         if self.open[younger as usize] {
             self.result.links.push(Link { ends: [younger, elder], ..link });
             self.open[elder as usize] = true;
+            self.nodes[younger as usize].elder = elder;
         } else {
-            self.result.pairs.push(Pair { scale: link.scale, edge: link.edge, death: younger });
+            self.end(younger, elder, &link);
         }
-        self.elder[younger as usize] = elder;
     }
 
-    /// A round over all links between roots: takes the pairs that need no sorting, and what has become a loop by them.
+    /// A closed component ends in an elder one.
+    #[inline]
+    fn end(&mut self, younger: u32, elder: u32, link: &Link) {
+        self.result.pairs.push(Pair { scale: link.scale, edge: link.edge, death: younger });
+        self.nodes[younger as usize].elder = elder;
+    }
+
+    /// A round over all links, which join different roots: takes the pairs that need no sorting, and what has become a loop by them.
     ///
     /// The last link of a closed component in the order is where it meets its first neighbour, all of it; if the neighbour's maximum is
     /// elder, then so is that of whatever the neighbour has become by then. Every such component can go at once.
-    fn take_apparent(&mut self, links: &mut Vec<Link>, latest: &mut [Latest]) {
-        for (index, link) in links.iter().enumerate() {
-            for node in link.ends {
-                let best = latest[node as usize];
-                let is_later = if link.scale == best.scale {
-                    self.order.break_tie(links[best.link as usize].edge, link.edge) == Ordering::Less
-                } else {
-                    link.scale > best.scale
-                };
-                // A selection rather than a branch: which is later is anybody's guess.
-                latest[node as usize] = if is_later { Latest { scale: link.scale, link: index as u32 } } else { best };
-            }
-        }
-        for (index, link) in links.iter_mut().enumerate() {
+    fn take_apparent(&mut self, links: &mut Vec<Link>) {
+        self.find_last(links);
+        for index in 0..links.len() {
+            let link = links[index];
             let [a, b] = link.ends;
-            for (younger, elder) in [(a, b), (b, a)] {
-                if latest[younger as usize].link == index as u32
-                    && !self.open[younger as usize]
-                    && self.order.compare_nodes(younger, elder) == Ordering::Less
-                {
-                    self.result.pairs.push(Pair { scale: link.scale, edge: link.edge, death: younger });
-                    self.elder[younger as usize] = elder;
-                    link.edge = NONE;
+            for (node, other) in [(a, b), (b, a)] {
+                let is_last = self.nodes[node as usize].last == index as u32;
+                if is_last && !self.open[node as usize] && self.is_younger(node, other) {
+                    self.end(node, other, &link);
+                    links[index].edge = NONE;
                     break;
                 }
             }
         }
-        self.contract(links, latest);
+        self.contract(links);
     }
 
-    /// Moves links to the roots of their ends and drops loops, which are edges of the tree.
-    fn contract(&mut self, links: &mut Vec<Link>, latest: &mut [Latest]) {
-        links.retain_mut(|link| {
-            for node in link.ends {
-                latest[node as usize] = Latest::default();
+    /// Finds each root's last link in the order.
+    fn find_last(&mut self, links: &[Link]) {
+        for (index, link) in links.iter().enumerate() {
+            for end in link.ends {
+                let node = self.nodes[end as usize];
+                let is_later = if link.scale == node.last_scale {
+                    self.order.break_link_tie(links[node.last as usize].edge, link.edge) == Ordering::Less
+                } else {
+                    link.scale > node.last_scale
+                };
+                // A selection rather than a branch: which is later is anybody's guess.
+                let (last, last_scale) = if is_later { (index as u32, link.scale) } else { (node.last, node.last_scale) };
+                self.nodes[end as usize] = Node { last, last_scale, ..node };
             }
-            if link.edge == NONE {
-                return false;
+        }
+    }
+
+    /// Takes out the links that a round has used, moves the others to the roots of their ends, and drops loops.
+    fn contract(&mut self, links: &mut Vec<Link>) {
+        links.retain_mut(|link| {
+            for end in link.ends {
+                let node = &mut self.nodes[end as usize];
+                (node.last, node.last_scale) = (NONE, f64::NEG_INFINITY);
             }
             link.ends = link.ends.map(|node| self.root(node));
-            let loops = link.ends[0] == link.ends[1];
-            if loops {
+            link.edge != NONE
+        });
+        self.drop_loops(links);
+    }
+
+    /// Loops are edges of the tree.
+    fn drop_loops(&mut self, links: &mut Vec<Link>) {
+        links.retain(|link| {
+            let is_loop = link.ends[0] == link.ends[1];
+            if is_loop {
                 self.result.tree.push(link.edge);
             }
-            !loops
+            !is_loop
         });
     }
 }

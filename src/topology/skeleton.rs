@@ -175,14 +175,16 @@ struct Dual<'a> {
 }
 
 impl TotalOrder for Dual<'_> {
-    #[inline]
-    fn break_tie(&self, a: u32, b: u32) -> Ordering {
-        self.mesh.ordered_ends(a).cmp(&self.mesh.ordered_ends(b))
+    fn weight(&self, node: u32) -> f64 {
+        self.basins.weight(node)
     }
 
-    #[inline]
-    fn compare_nodes(&self, a: u32, b: u32) -> Ordering {
-        self.basins.compare(self.mesh, a, b)
+    fn break_node_tie(&self, a: u32, b: u32) -> Ordering {
+        self.basins.break_tie(self.mesh, a, b)
+    }
+
+    fn break_link_tie(&self, a: u32, b: u32) -> Ordering {
+        self.mesh.ordered_ends(a).cmp(&self.mesh.ordered_ends(b))
     }
 
     fn is_open(&self, _: u32) -> bool {
