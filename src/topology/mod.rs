@@ -21,23 +21,29 @@
 
 mod basins;
 mod cloud;
+mod cycle;
 mod delaunay;
 mod diff;
 mod filtration;
 mod gaps;
 mod geometry;
+mod hole;
 mod mesh;
 mod pipeline;
 mod position;
 mod reduction;
 mod simplify;
 mod skeleton;
+#[cfg(test)]
+mod testing;
 mod view;
 mod window;
 
 pub use cloud::{Cloud, CloudChange, Refusal, Slot, Vertex, VertexId};
+pub use cycle::Cycles;
 pub use diff::{ApplyError, Checksum, Critical, Diff, EdgeId, Presence, Snapshot};
 pub use gaps::{Gap, Margins, Selection, diagonal_gaps, select, vertical_gaps};
+pub use hole::Holes;
 pub use pipeline::{Frame, Options, Pipeline};
 pub use position::{Axis, CoordinateError, MAX_COORDINATE, MIN_COORDINATE, Position};
 pub use simplify::{Simplified, simplify};
@@ -51,6 +57,6 @@ pub mod stages {
     pub use super::delaunay::{Delaunay, Update};
     pub use super::filtration::{Filtration, Maximum, Suspect};
     pub use super::geometry::Circle;
-    pub use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
+    pub use super::mesh::{FaceEdges, Mesh, MeshEdge, OUTER_FACE};
     pub use super::reduction::{Link, Pair, Reduction, TotalOrder, reduce};
 }
