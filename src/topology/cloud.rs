@@ -278,6 +278,11 @@ impl Cloud {
         self.places[slot as usize].vertex.position
     }
 
+    /// Name of the vertex in a slot (of the last one, if it is gone).
+    pub fn id(&self, slot: Slot) -> VertexId {
+        self.places[slot as usize].vertex.id
+    }
+
     /// One more than the largest slot ever used.
     pub fn slot_count(&self) -> usize {
         self.places.len()

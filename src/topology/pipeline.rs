@@ -3,13 +3,15 @@
 //! In: batches and commits. Out: [`Frame`]s. Invariants: a frame shows the cloud as of its commit; however often and in whatever
 //! views it is asked for, its skeleton is computed once; refused points change nothing. Must not know: threads, clocks, formats.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::basins::Basins;
-use super::cloud::{Cloud, Refusal};
+use super::cloud::{Cloud, Refusal, VertexId};
 use super::delaunay::Delaunay;
 use super::filtration::Filtration;
-use super::skeleton::Skeleton;
+use super::hole::Holes;
+use super::skeleton::{Dot, Skeleton};
 use super::view::{View, ViewSpec};
 use super::window::Window;
 
@@ -140,6 +142,22 @@ impl Pipeline {
         (given < self.committed).then(|| self.compute())
     }
 
+    /// The boundaries, at birth, of the holes of some dots of the newest frame that was given: see [`Holes::boundary`].
+    ///
+    /// Takes linear time once, and then time in proportion to the holes. Dots of another frame have no walks.
+    pub fn hole_boundaries(&self, dots: &[Dot]) -> Vec<Vec<Vec<u32>>> {
+        let mesh = self.delaunay.mesh();
+        let basins = Basins::new(&mesh, &Filtration::new(&mesh));
+        let mut rank = vec![0; self.cloud.slot_count()];
+        let vertices = self.newest.iter().flat_map(|frame| frame.skeleton.vertices()).map(|vertex| vertex.id);
+        let places: HashMap<VertexId, u32> = vertices.zip(0..).collect();
+        for &slot in mesh.slots() {
+            rank[slot as usize] = places.get(&self.cloud.id(slot)).copied().unwrap_or(u32::MAX);
+        }
+        let holes = Holes::new(&mesh, &basins, &rank);
+        dots.iter().map(|dot| holes.boundary(dot)).collect()
+    }
+
     /// The newest frame that was given.
     pub fn newest(&self) -> Option<&Arc<Frame>> {
         self.newest.as_ref()
@@ -176,5 +194,51 @@ impl Pipeline {
         if self.newest.as_ref().is_some_and(|frame| frame.number == self.committed) {
             self.delaunay.check_invariants(&self.cloud);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pipeline_of(points: &[[f64; 2]]) -> Pipeline {
+        let mut pipeline = Pipeline::new(Options::default());
+        pipeline.feed_points(points, None);
+        pipeline.commit(None);
+        pipeline
+    }
+
+    const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+
+    #[test]
+    fn a_frame_is_computed_once_and_only_when_asked_for() {
+        let mut pipeline = pipeline_of(&SQUARE);
+        pipeline.feed_points(&[[5.0, 5.0]], None);
+        pipeline.commit(Some(7.0));
+        assert_eq!(pipeline.computed(), 0);
+        let frame = pipeline.poll_frame().unwrap();
+        assert_eq!((frame.number, frame.time, frame.points), (2, Some(7.0), 5));
+        for spec in [ViewSpec::Full, ViewSpec::default(), ViewSpec::Reduced { alpha: 1.0 }] {
+            frame.view(spec);
+        }
+        assert!(pipeline.poll_frame().is_none());
+        assert_eq!(pipeline.computed(), 1);
+    }
+
+    #[test]
+    fn a_frame_shows_the_cloud_as_of_its_commit() {
+        let mut pipeline = pipeline_of(&SQUARE);
+        pipeline.feed_points(&[[5.0, 5.0]], None);
+        assert_eq!(pipeline.feed_retraction(0.0, 0.0), Ok(()));
+        let frame = pipeline.poll_frame().unwrap();
+        assert_eq!((frame.skeleton.vertices().len(), frame.points), (4, 4));
+        pipeline.check_invariants();
+    }
+
+    #[test]
+    fn holes_of_the_newest_frame_have_boundaries() {
+        let mut pipeline = pipeline_of(&SQUARE);
+        let frame = pipeline.poll_frame().unwrap();
+        assert_eq!(pipeline.hole_boundaries(frame.skeleton.dots()), [[[0, 1, 2, 3]]]);
     }
 }

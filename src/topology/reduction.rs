@@ -120,8 +120,7 @@ struct State<'a, O> {
 impl<'a, O: TotalOrder> State<'a, O> {
     fn new(order: &'a O, node_count: usize, link_count: usize) -> Self {
         let nodes = 0..node_count as u32;
-        let alone =
-            |node| Node { weight: order.weight(node), elder: node, last: NONE, last_scale: f64::NEG_INFINITY };
+        let alone = |node| Node { weight: order.weight(node), elder: node, last: NONE, last_scale: f64::NEG_INFINITY };
         let result = Reduction {
             pairs: Vec::with_capacity(node_count),
             tree: Vec::with_capacity((link_count + 1).saturating_sub(node_count)),
@@ -183,14 +182,13 @@ impl<'a, O: TotalOrder> State<'a, O> {
     /// elder, then so is that of whatever the neighbour has become by then. Every such component can go at once.
     fn take_apparent(&mut self, links: &mut Vec<Link>) {
         self.find_last(links);
-        for index in 0..links.len() {
-            let link = links[index];
+        for (index, link) in links.iter_mut().enumerate() {
             let [a, b] = link.ends;
             for (node, other) in [(a, b), (b, a)] {
                 let is_last = self.nodes[node as usize].last == index as u32;
                 if is_last && !self.open[node as usize] && self.is_younger(node, other) {
-                    self.end(node, other, &link);
-                    links[index].edge = NONE;
+                    self.end(node, other, link);
+                    link.edge = NONE;
                     break;
                 }
             }
@@ -209,7 +207,8 @@ impl<'a, O: TotalOrder> State<'a, O> {
                     link.scale > node.last_scale
                 };
                 // A selection rather than a branch: which is later is anybody's guess.
-                let (last, last_scale) = if is_later { (index as u32, link.scale) } else { (node.last, node.last_scale) };
+                let (last, last_scale) =
+                    if is_later { (index as u32, link.scale) } else { (node.last, node.last_scale) };
                 self.nodes[end as usize] = Node { last, last_scale, ..node };
             }
         }
