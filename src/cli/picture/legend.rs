@@ -1,7 +1,7 @@
 //! What marks and colours mean: the colour bar right of the diagram, the line of samples below the plane.
 //!
-//! In: a [`Scene`], rectangles. Out: shapes on the page. Invariants: only what the picture may show is explained; samples have the
-//! styles of what they stand for; numbers are round. Must not know: how panels are drawn.
+//! In: a [`Scene`], rectangles. Out: shapes on the page. Invariants: only what the picture may show is explained;
+//! samples have the styles of what they stand for; numbers are round. Must not know: how panels are drawn.
 
 use hopes::topology::ViewSpec;
 
@@ -50,38 +50,57 @@ fn define_gradient(page: &mut Page) {
 pub(super) fn draw_samples(page: &mut Page, plane: Rect, scene: &Scene<'_>, scale: f64) {
     let y = plane.bottom() + 24.0;
     let mut x = plane.x;
-    for (name, style) in samples(scene) {
-        draw_sample(page, [x, y - 4.0], name, &style);
-        page.text([x + SAMPLE, y], Type::new(Anchor::Start, MUTED), name);
-        x += SAMPLE + text_width(name) + SPACE;
+    for sample in samples(scene) {
+        sample.draw(page, [x, y - 4.0]);
+        page.text([x + SAMPLE, y], Type::new(Anchor::Start, MUTED), sample.name);
+        x += SAMPLE + text_width(sample.name) + SPACE;
     }
     if scale > 0.0 {
         draw_scale_bar(page, plane, scale);
     }
 }
 
-fn samples(scene: &Scene<'_>) -> Vec<(&'static str, String)> {
-    let dark = STOPS[STOPS.len() - 1].to_string();
-    let mut samples = vec![
-        ("point", format!("{POINT_STYLE} stroke-width=\"3.6\"")),
-        ("tree edge", format!("{TREE_STYLE} stroke-width=\"1.1\"")),
-    ];
-    if !scene.view.critical.is_empty() {
-        samples.push(("critical edge", format!("{CRITICAL_STYLE} stroke=\"{dark}\" stroke-width=\"4\"")));
-        samples.push(("hole", hole_style(&dark)));
-    }
-    if scene.simplified.is_some() {
-        samples.push(("simplified", format!("{SIMPLE_STYLE} stroke-width=\"3\"")));
-    }
-    samples
+enum Shape {
+    Dot,
+    Line,
+    Disc,
 }
 
-fn draw_sample(page: &mut Page, [x, y]: [f64; 2], name: &str, style: &str) {
-    match name {
-        "hole" => page.circle([x + 10.0, y], 7.0, style, None),
-        "point" => page.path(&format!("M{} {y}h0", x + 10.0), style),
-        _ => page.path(&format!("M{} {y}h14", x + 3.0), style),
+struct Sample {
+    name: &'static str,
+    shape: Shape,
+    style: String,
+}
+
+impl Sample {
+    fn draw(&self, page: &mut Page, [x, y]: [f64; 2]) {
+        let [left, middle, y] = [x + 3.0, x + 10.0, y].map(|v| v.round());
+        match self.shape {
+            Shape::Dot => page.path(&format!("M{middle} {y}h0"), &self.style),
+            Shape::Line => page.path(&format!("M{left} {y}h14"), &self.style),
+            Shape::Disc => page.circle([middle, y], 7.0, &self.style, None),
+        }
     }
+}
+
+fn samples(scene: &Scene<'_>) -> Vec<Sample> {
+    let dark = STOPS[STOPS.len() - 1];
+    let sample = |name, shape, style| Sample { name, shape, style };
+    let mut samples = vec![
+        sample("point", Shape::Dot, format!("{POINT_STYLE} stroke-width=\"3.6\"")),
+        sample("tree edge", Shape::Line, format!("{TREE_STYLE} stroke-width=\"1.1\"")),
+    ];
+    if !scene.view.critical.is_empty() {
+        let style = format!("{CRITICAL_STYLE} stroke=\"{dark}\" stroke-width=\"4\"");
+        samples.push(sample("critical edge", Shape::Line, style));
+    }
+    if !scene.holes.is_empty() {
+        samples.push(sample("hole", Shape::Disc, hole_style(dark, true)));
+    }
+    if scene.simplified.is_some() {
+        samples.push(sample("simplified", Shape::Line, format!("{SIMPLE_STYLE} stroke-width=\"3\"")));
+    }
+    samples
 }
 
 fn draw_scale_bar(page: &mut Page, plane: Rect, scale: f64) {
@@ -97,7 +116,7 @@ fn draw_scale_bar(page: &mut Page, plane: Rect, scale: f64) {
 /// What the panels are, above them.
 pub(super) fn draw_captions(page: &mut Page, plane: Rect, diagram: Rect, scene: &Scene<'_>) {
     let caption = Type::new(Anchor::Start, INK).sized(13.0);
-    let y = plane.y - 30.0;
+    let y = plane.y - 28.0;
     let what = match (scene.simplified.is_some(), scene.view.spec) {
         (true, _) => "Simplified skeleton, over the original",
         (false, ViewSpec::Full) => "Skeleton: all of it",

@@ -1,8 +1,9 @@
 //! Many points or segments as the data of one path.
 //!
-//! In: places in pixels. Out: path data in short relative moves. Invariants: it depends on the set of marks, not on their
-//! order; of dots on the same pixel one is kept, of equal segments too, so its size is bounded by the panel's and not by the
-//! cloud's; numbers have at most two decimals, and rounding does not add up along a path. Must not know: styles.
+//! In: places in pixels. Out: path data in short relative moves. Invariants: it depends on the set of marks, not on
+//! their order; of dots on the same pixel one is kept, of equal segments too, so its size is bounded by the panel's and
+//! not by the cloud's; numbers have at most two decimals, and rounding does not add up along a path. Must not know:
+//! styles.
 
 /// A place on the grid, in hundredths of a pixel.
 pub(super) type Place = [i32; 2];
@@ -17,9 +18,9 @@ impl Grid {
     /// The grid for so many marks on so many square pixels.
     pub(super) fn new(marks: usize, area: f64) -> Self {
         let spacing = (area / marks.max(1) as f64).sqrt();
-        let step = if spacing >= 3.0 {
+        let step = if spacing >= 4.0 {
             1
-        } else if spacing >= 1.0 {
+        } else if spacing >= 2.0 {
             25
         } else {
             100
@@ -166,7 +167,7 @@ mod tests {
     #[test]
     fn crowds_are_on_a_coarser_grid() {
         let area = 100.0 * 100.0;
-        assert_eq!([10, 5_000, 50_000].map(|marks| Grid::new(marks, area).step), [1, 25, 100]);
+        assert_eq!([10, 2_000, 50_000].map(|marks| Grid::new(marks, area).step), [1, 25, 100]);
         let crowd = (0..1_000_000).map(|i| [f64::from(i % 1000) * 0.1, f64::from(i / 1000) * 0.1]);
         assert!(Grid::new(1_000_000, area).dots(crowd).len() < 80_000);
     }

@@ -1,12 +1,13 @@
 //! A picture of a cloud's skeleton beside its persistence diagram, as SVG or PNG.
 //!
-//! In: a skeleton, a view of it, perhaps the view's simplified form. Out: a document with two panels; the left one has the cloud, the tree, the critical
-//! edges and the holes they enclose, the right one the diagram with the gaps that chose them. Invariants: the same input gives the same bytes; the
-//! size of a document is bounded by its pixels, not by the cloud; it needs no other file. Must not know: where it is written to, streams,
-//! frames.
+//! In: a skeleton, a view of it, perhaps the view's simplified form. Out: a document with two panels; the left one has
+//! the cloud, the tree, the critical edges and the holes they enclose, the right one the diagram with the gaps that
+//! chose them. Invariants: the same input gives the same bytes; the size of a document is bounded by its pixels, not by
+//! the cloud; it needs no other file. Must not know: where it is written to, streams, frames.
 //!
-//! Data flows from the scene to the page: `layout` says where, `plane`, `diagram` (with `strips`) and `legend` say what, `camera`, `marks`, `labels`,
-//! `ramp`, `numbers` and `words` help them, `page` writes it down; `raster` makes pixels of it.
+//! Data flows from the scene to the page: `layout` says where, `plane`, `diagram` (with `strips`) and `legend` say
+//! what, `camera`, `marks`, `labels`, `ramp`, `numbers` and `words` help them, `page` writes it down; `raster` makes
+//! pixels of it.
 
 mod camera;
 mod diagram;
@@ -22,13 +23,13 @@ mod raster;
 mod strips;
 mod words;
 
-use hopes::topology::{Dot, Skeleton, View, ViewSpec};
+use hopes::topology::{Dot, Hole, Skeleton, View, ViewSpec};
 
 use layout::Layout;
 use page::{Anchor, INK, MUTED, Page, Type};
 use ramp::Ramp;
 
-pub use raster::{PictureError, png};
+pub use raster::png;
 
 /// Vertices and edges of a simplified skeleton.
 pub type Simplified<'a> = (&'a [[f64; 2]], &'a [[u32; 2]]);
@@ -50,7 +51,8 @@ impl Default for Options {
     }
 }
 
-/// Draws a view of a skeleton, as an SVG document. If its simplified form is given, that is drawn bold over the faint original.
+/// Draws a view of a skeleton, as an SVG document. If its simplified form is given, that is drawn bold over the faint
+/// original.
 ///
 /// # Panics
 /// When an edge of `simplified` names a vertex that is not there.
@@ -69,18 +71,26 @@ pub fn svg(skeleton: &Skeleton, view: &View, simplified: Option<Simplified<'_>>,
     page.finish()
 }
 
+/// At most so many holes are drawn.
+const HOLES: usize = 500;
+/// Persistences are the same to the eye if they differ by less than this share.
+const SAME: f64 = 1e-6;
+
 /// What is to be shown.
 struct Scene<'a> {
     skeleton: &'a Skeleton,
     view: &'a View,
     simplified: Option<Simplified<'a>>,
     ramp: Ramp,
+    /// Holes that are drawn.
+    holes: Vec<(Dot, Hole)>,
 }
 
 impl<'a> Scene<'a> {
     fn new(skeleton: &'a Skeleton, view: &'a View, simplified: Option<Simplified<'a>>) -> Self {
         let persistences = skeleton.dots().iter().map(Dot::persistence).filter(|value| value.is_finite());
-        Self { skeleton, view, simplified, ramp: Ramp::new(persistences.fold(0.0, f64::max)) }
+        let ramp = Ramp::new(persistences.fold(0.0, f64::max));
+        Self { skeleton, view, simplified, ramp, holes: drawn_holes(skeleton, view) }
     }
 
     /// Dots whose critical edges are in the view, the most persistent first.
@@ -95,5 +105,193 @@ impl<'a> Scene<'a> {
             ViewSpec::Reduced { alpha } => Some(alpha),
             ViewSpec::Full | ViewSpec::Derived { .. } => None,
         }
+    }
+}
+
+/// Holes of the most persistent dots shown: of equals, all or none.
+fn drawn_holes(skeleton: &Skeleton, view: &View) -> Vec<(Dot, Hole)> {
+    let shown = || view.critical.iter().map(|&index| &skeleton.dots()[index as usize]);
+    let limit = shown().nth(HOLES).map_or(0.0, |next| next.persistence() * (1.0 + SAME));
+    let drawn = shown().take_while(|dot| dot.persistence() > limit);
+    let holes = drawn.map(|dot| (*dot, skeleton.hole(dot)));
+    holes.filter(|(_, hole)| hole.radius.is_finite() && hole.center.iter().all(|v| v.is_finite())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::num::NonZeroU32;
+
+    use hopes::topology::{Frame, Pipeline};
+    use resvg::usvg::roxmltree::{Document, Node};
+
+    use super::*;
+
+    /// A cloud with the diagram of Figure 1 of the paper: (1.5, 2.577) and (2, 2.577).
+    const FIG_1: [[f64; 2]; 10] = [
+        [0.0, 0.0],
+        [4.0, 0.0],
+        [0.0, 4.0],
+        [3.0, 4.0],
+        [0.0, -4.0],
+        [3.0, -4.0],
+        [-1.5, 2.0],
+        [-1.5, -2.0],
+        [5.0, 2.0],
+        [5.0, -2.0],
+    ];
+
+    fn frame(points: &[[f64; 2]]) -> Frame {
+        let mut pipeline = Pipeline::new(hopes::topology::Options::default());
+        assert!(pipeline.feed_points(points, None).is_empty());
+        pipeline.commit(None);
+        Frame::clone(&pipeline.poll_frame().unwrap())
+    }
+
+    fn derived(k: u32, l: u32) -> ViewSpec {
+        let rank = |rank| NonZeroU32::new(rank).unwrap();
+        ViewSpec::Derived { k: rank(k), l: rank(l) }
+    }
+
+    fn picture(points: &[[f64; 2]], spec: ViewSpec) -> String {
+        let frame = frame(points);
+        svg(&frame.skeleton, &frame.view(spec), None, &Options::default())
+    }
+
+    fn noisy_ring(points: u32) -> Vec<[f64; 2]> {
+        let noise = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
+        let place = |i: u32| {
+            let (angle, radius) = (f64::from(i) * 2.4, 1.0 + 0.2 * noise(i));
+            [radius * angle.cos(), radius * angle.sin()]
+        };
+        (0..points).map(place).collect()
+    }
+
+    fn of_class<'a>(document: &'a Document<'_>, class: &str) -> Vec<Node<'a, 'a>> {
+        document.descendants().filter(|node| node.attribute("class") == Some(class)).collect()
+    }
+
+    fn texts<'a>(document: &'a Document<'_>) -> Vec<&'a str> {
+        document.descendants().filter(|node| node.has_tag_name("text")).filter_map(|node| node.text()).collect()
+    }
+
+    /// Subpaths in a path's data: dots, or runs of segments.
+    fn subpaths(node: Node<'_, '_>) -> usize {
+        node.attribute("d").unwrap().matches(['m', 'M']).count()
+    }
+
+    #[test]
+    fn a_derived_view_shows_what_was_chosen() {
+        let text = picture(&FIG_1, derived(1, 1));
+        let document = Document::parse(&text).unwrap();
+        assert_eq!(subpaths(of_class(&document, "points")[0]), 10);
+        assert_eq!(of_class(&document, "tree").len(), 1);
+        let counts = ["hole", "shown", "selected", "dgap", "vgap", "ds", "vs", "diagonal"];
+        assert_eq!(counts.map(|class| of_class(&document, class).len()), [2, 2, 0, 1, 1, 1, 1, 1]);
+        let texts = texts(&document);
+        for label in ["dgap 1", "vgap 1", "ds", "vs", "birth", "death", "persistence", "critical edge", "hole"] {
+            assert!(texts.contains(&label), "{label} in {texts:?}");
+        }
+        assert!(texts.contains(&"derived skeleton HoPeS(1, 1)"));
+    }
+
+    #[test]
+    fn ranks_select_fewer_dots_and_more_gaps() {
+        let text = picture(&FIG_1, derived(2, 2));
+        let document = Document::parse(&text).unwrap();
+        let counts = ["hole", "shown", "selected", "dgap", "vgap"];
+        assert_eq!(counts.map(|class| of_class(&document, class).len()), [1, 1, 1, 2, 2]);
+        assert!(texts(&document).contains(&"in DS, not shown"));
+    }
+
+    #[test]
+    fn full_and_reduced_views_have_no_gaps() {
+        for (spec, lines) in [(ViewSpec::Full, 0), (ViewSpec::Reduced { alpha: 1.9 }, 2)] {
+            let text = picture(&FIG_1, spec);
+            let document = Document::parse(&text).unwrap();
+            assert_eq!(of_class(&document, "alpha").len(), lines);
+            assert!(["dgap", "vgap", "ds", "vs"].iter().all(|class| of_class(&document, class).is_empty()));
+        }
+    }
+
+    #[test]
+    fn scales_beyond_the_diagram_have_no_line() {
+        for alpha in [f64::INFINITY, 1e300, 1e3] {
+            let text = picture(&FIG_1, ViewSpec::Reduced { alpha });
+            assert!(of_class(&Document::parse(&text).unwrap(), "alpha").is_empty());
+        }
+        assert!(picture(&FIG_1, ViewSpec::Reduced { alpha: 0.0 }).contains("alpha = 0"));
+    }
+
+    #[test]
+    fn the_simplified_skeleton_is_over_a_faint_original() {
+        let frame = frame(&FIG_1);
+        let view = frame.view(derived(1, 1));
+        let square = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
+        let edges = [[0, 1], [1, 2], [2, 3], [0, 3]];
+        let text = svg(&frame.skeleton, &view, Some((&square, &edges)), &Options::default());
+        let document = Document::parse(&text).unwrap();
+        assert_eq!(of_class(&document, "simplified").len(), 1);
+        let tree = of_class(&document, "tree")[0];
+        assert_eq!(tree.parent().unwrap().attribute("opacity"), Some(".35"));
+        assert!(texts(&document).contains(&"simplified"));
+    }
+
+    #[test]
+    fn degenerate_clouds_have_a_picture() {
+        let line: Vec<[f64; 2]> = (0..50).map(|i| [f64::from(i), 0.0]).collect();
+        for cloud in [&[][..], &[[1e8, -1e8]], &[[0.0, 0.0], [1e-9, 1e-9]], &line] {
+            for spec in [ViewSpec::Full, derived(1, 1), derived(9, 9), ViewSpec::Reduced { alpha: 0.1 }] {
+                let text = picture(cloud, spec);
+                assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+                let document = Document::parse(&text).unwrap();
+                assert!(texts(&document).iter().any(|text| text.starts_with("no dots")));
+                assert_eq!(of_class(&document, "points").len(), usize::from(!cloud.is_empty()));
+            }
+        }
+    }
+
+    #[test]
+    fn offset_and_unit_change_numbers_only() {
+        let shape = |text: &str| Document::parse(text).unwrap().descendants().filter(Node::is_element).count();
+        let plain = picture(&FIG_1, derived(1, 2));
+        for (offset, unit) in [(1048576.0 * 128.0, 1.0), (0.0, 0.5_f64.powi(30)), (0.0, 2f64.powi(190))] {
+            let moved = FIG_1.map(|[x, y]| [offset + unit * x, offset + unit * y]);
+            let text = picture(&moved, derived(1, 2));
+            assert!(shape(&text).abs_diff(shape(&plain)) <= 24, "other ticks, but nothing else");
+            let points = |text: &str| {
+                let document = Document::parse(text).unwrap();
+                of_class(&document, "points")[0].attribute("d").unwrap().to_owned()
+            };
+            assert_eq!(points(&text), points(&plain));
+        }
+    }
+
+    #[test]
+    fn a_picture_is_a_function_of_its_input() {
+        let mut ring = noisy_ring(300);
+        let first = picture(&ring, derived(1, 1));
+        assert_eq!(picture(&ring, derived(1, 1)), first);
+        ring.reverse();
+        assert_eq!(picture(&ring, derived(1, 1)), first, "not even the order of points matters");
+    }
+
+    #[test]
+    fn crowds_stay_small() {
+        let text = picture(&noisy_ring(60_000), ViewSpec::Full);
+        assert!(text.len() < 2_500_000, "{}", text.len());
+        assert!(Document::parse(&text).unwrap().descendants().count() < 2_000);
+    }
+
+    #[test]
+    fn names_are_shown_and_shortened() {
+        let frame = frame(&FIG_1);
+        let view = frame.view(ViewSpec::Full);
+        let named = |name: &str| {
+            let options = Options { name: Some(name.to_owned()), ..Options::default() };
+            svg(&frame.skeleton, &view, None, &options)
+        };
+        assert!(named("a<b>").contains("<title>a&lt;b&gt;: full skeleton HoPeS</title>"));
+        assert!(named(&"x".repeat(100)).contains(&format!(">{}\u{2026}: full", "x".repeat(39))));
+        assert!(named("").contains("<title>full skeleton HoPeS</title>"));
     }
 }

@@ -1,7 +1,8 @@
 //! Numbers for people: round ticks, short values, counts.
 //!
-//! In: values of any magnitude, from 1e-60 to 1e60. Out: strings. Invariants: ticks are multiples of 1, 2 or 5 times a power of ten; a tick's
-//! label is exact, if need be with a power of ten taken out of all of them. Must not know: where the numbers are shown.
+//! In: values of any magnitude, from 1e-60 to 1e60. Out: strings. Invariants: ticks are multiples of 1, 2 or 5 times a
+//! power of ten; a tick's label is exact, if need be with a power of ten taken out of all of them. Must not know: where
+//! the numbers are shown.
 
 /// Round values from 0 on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,11 +82,11 @@ pub(super) fn count(number: usize, noun: &str) -> String {
 }
 
 /// A count in groups of three digits.
-pub(super) fn grouped(number: usize) -> String {
+fn grouped(number: usize) -> String {
     let digits = number.to_string();
     let mut grouped = String::with_capacity(digits.len() + digits.len() / 3);
     for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index) % 3 == 0 {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
             grouped.push(',');
         }
         grouped.push(digit);

@@ -1,8 +1,8 @@
 //! A page of SVG under construction.
 //!
-//! In: shapes with their attributes, texts, groups. Out: one well-formed document, as a string. Invariants: texts are escaped and
-//! free of characters that XML forbids; coordinates have at most two decimals; what is opened is closed by the same call. Must not know:
-//! what is drawn.
+//! In: shapes with their attributes, texts, groups. Out: one well-formed document, as a string. Invariants: texts are
+//! escaped and free of characters that XML forbids; coordinates have at most two decimals; what is opened is closed by
+//! the same call. Must not know: what is drawn.
 
 use std::fmt::{self, Display, Write};
 
@@ -207,7 +207,7 @@ mod tests {
         let text = page.finish();
         assert!(text.contains("<title>a &lt; b &amp; &quot;c&quot;</title>"), "{text}");
         assert!(text.contains("<desc>  &gt;</desc>"), "{text}");
-        assert!(roxmltree::Document::parse(&text).is_ok());
+        assert!(resvg::usvg::roxmltree::Document::parse(&text).is_ok());
     }
 
     #[test]
@@ -219,7 +219,7 @@ mod tests {
         });
         page.path("", format_args!(""));
         let text = page.finish();
-        let document = roxmltree::Document::parse(&text).unwrap();
+        let document = resvg::usvg::roxmltree::Document::parse(&text).unwrap();
         assert_eq!(document.descendants().filter(|node| node.has_tag_name("path")).count(), 1);
     }
 }

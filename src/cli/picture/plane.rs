@@ -1,9 +1,10 @@
 //! The left panel: the cloud, the tree, the critical edges, their holes, the simplified skeleton.
 //!
-//! In: a [`Scene`]. Out: shapes on the page, the most important on top. Invariants: holes are drawn for the most persistent dots only, marks are
-//! thinned to the panel's pixels; critical edges have the colour of their persistence. Must not know: the diagram, gaps.
+//! In: a [`Scene`]. Out: shapes on the page, the most important on top. Invariants: holes are drawn for the most
+//! persistent dots only, marks are thinned to the panel's pixels; critical edges have the colour of their persistence.
+//! Must not know: the diagram, gaps.
 
-use hopes::topology::{Dot, Edge, Hole, Skeleton};
+use hopes::topology::{Edge, Skeleton};
 
 use super::Scene;
 use super::camera::{Camera, Extent};
@@ -11,12 +12,12 @@ use super::layout::Rect;
 use super::marks::Grid;
 use super::numbers::short;
 use super::page::{FRAME, GROUND, INK, Page};
-use super::ramp::Bucket;
+use super::ramp::{BUCKETS, Bucket, Rgb};
 
-/// At most so many holes are shown.
-const HOLES: usize = 300;
 /// Smaller holes than this cannot be seen.
 const LEAST_HOLE: f64 = 1.0;
+/// Outlines of smaller holes than this would be clutter.
+const LEAST_OUTLINE: f64 = 16.0;
 /// At most so many vertices of a simplified skeleton are marked.
 const NODES: usize = 2000;
 
@@ -28,30 +29,23 @@ pub(super) const SIMPLE_STYLE: &str =
 
 /// Draws the panel, and returns how many pixels a unit of the plane has.
 pub(super) fn draw(page: &mut Page, panel: Rect, scene: &Scene<'_>) -> f64 {
-    let holes = shown_holes(scene);
-    let camera = Camera::new(extent(scene, &holes), panel);
+    let camera = Camera::new(extent(scene), panel);
     page.rect(panel.grown(0.5), format_args!("fill=\"{GROUND}\" stroke=\"{FRAME}\""));
     let view = Plane { scene, camera, area: panel.width * panel.height };
     page.panel(panel, |page| match scene.simplified {
-        None => view.draw_original(page, &holes),
+        None => view.draw_original(page),
         Some((positions, edges)) => {
-            page.group(format_args!("opacity=\".35\""), |page| view.draw_original(page, &holes));
+            page.group(format_args!("opacity=\".35\""), |page| view.draw_original(page));
             view.draw_simplified(page, positions, edges);
         }
     });
     camera.scale()
 }
 
-fn shown_holes(scene: &Scene<'_>) -> Vec<(Dot, Hole)> {
-    let dots = scene.shown_dots().take(HOLES);
-    let holes = dots.map(|dot| (*dot, scene.skeleton.hole(dot)));
-    holes.filter(|(_, hole)| hole.radius.is_finite() && hole.center.iter().all(|v| v.is_finite())).collect()
-}
-
-fn extent(scene: &Scene<'_>, holes: &[(Dot, Hole)]) -> Extent {
+fn extent(scene: &Scene<'_>) -> Extent {
     let points = scene.skeleton.vertices().iter().map(|vertex| vertex.position.xy());
     let around_points = points.fold(Extent::EMPTY, Extent::with);
-    holes.iter().fold(around_points, |extent, (_, hole)| extent.with_circle(hole.center, hole.radius))
+    scene.holes.iter().fold(around_points, |extent, (_, hole)| extent.with_circle(hole.center, hole.radius))
 }
 
 /// How bold marks are where there are so many on so many square pixels: from 1 down.
@@ -67,23 +61,23 @@ struct Plane<'a> {
 }
 
 impl Plane<'_> {
-    fn draw_original(&self, page: &mut Page, holes: &[(Dot, Hole)]) {
-        self.draw_holes(page, holes);
+    fn draw_original(&self, page: &mut Page) {
+        self.draw_holes(page);
         self.draw_tree(page);
         self.draw_points(page);
         self.draw_critical(page);
     }
 
-    fn draw_holes(&self, page: &mut Page, holes: &[(Dot, Hole)]) {
-        for (dot, hole) in holes {
+    fn draw_holes(&self, page: &mut Page) {
+        for (dot, hole) in &self.scene.holes {
             let radius = hole.radius * self.camera.scale();
             if radius < LEAST_HOLE {
                 continue;
             }
             let color = self.scene.ramp.bucket(dot.persistence()).color();
             let hint = format!("hole: birth {}, death {}", short(dot.birth), short(dot.death));
-            let style = hole_style(&color.to_string());
-            page.circle(self.camera.place(hole.center), radius, style, Some(&hint));
+            let style = hole_style(color, radius >= LEAST_OUTLINE);
+            page.circle(self.camera.place(hole.center), radius, format_args!("class=\"hole\" {style}"), Some(&hint));
         }
     }
 
@@ -105,7 +99,7 @@ impl Plane<'_> {
     /// The more persistent an edge is, the bolder and the farther on top.
     fn draw_critical(&self, page: &mut Page) {
         let weight = weight(self.scene.view.critical.len(), self.area);
-        let mut buckets = vec![Vec::new(); super::ramp::BUCKETS];
+        let mut buckets = vec![Vec::new(); BUCKETS];
         for dot in self.scene.shown_dots() {
             buckets[self.scene.ramp.bucket(dot.persistence()).index()].push(dot.edge);
         }
@@ -144,11 +138,12 @@ impl Plane<'_> {
 }
 
 /// How a hole looks.
-pub(super) fn hole_style(color: &str) -> String {
-    format!(
-        "fill=\"{color}\" fill-opacity=\".09\" stroke=\"{color}\" stroke-opacity=\".55\" stroke-width=\".9\" \
-         stroke-dasharray=\"4 3\""
-    )
+pub(super) fn hole_style(color: Rgb, outlined: bool) -> String {
+    let mut style = format!("fill=\"{color}\" fill-opacity=\".09\"");
+    if outlined {
+        style += &format!(" stroke=\"{color}\" stroke-opacity=\".55\" stroke-width=\".9\" stroke-dasharray=\"4 3\"");
+    }
+    style
 }
 
 fn position(skeleton: &Skeleton, vertex: u32) -> [f64; 2] {

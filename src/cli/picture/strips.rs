@@ -1,20 +1,27 @@
 //! What chose the view, inside the diagram: gaps as shaded strips, ds and vs (or alpha) as lines, all of them labelled.
 //!
-//! In: a [`Scene`] and the diagram's [`Scale`]. Out: shapes on the page. Invariants: labels of diagonal gaps are above the frame, all others at
-//! its foot, right of the diagonal, where no dot can be; of many gaps the widest are labelled. Must not know: dots.
+//! In: a [`Scene`] and the diagram's [`Scale`]. Out: shapes on the page. Invariants: labels of diagonal gaps are above
+//! the frame, all others at its foot, right of the diagonal, where no dot can be; of many gaps the widest are labelled.
+//! Must not know: dots.
 
 use hopes::topology::{Gap, Selection};
 
 use super::Scene;
 use super::diagram::Scale;
-use super::labels::{Label, Row};
-use super::page::Page;
+use super::labels::{Label, Row, room};
+use super::page::{Anchor, Page, Type, text_width};
 
 const DIAGONAL: &str = "#0b7d62";
 const VERTICAL: &str = "#2563c9";
 const ALPHA: &str = "#9a3412";
 /// Height of the texts at the foot of the frame, with the room below them.
 const FOOT: f64 = 22.0;
+/// From a vertical line to its label.
+const BESIDE: f64 = 4.0;
+/// So many labels of vertical gaps get room at least.
+const LABELS: usize = 4;
+/// How far labels may stand out above the frame.
+const OVERHANG: f64 = 40.0;
 
 /// Draws what the scene's view was chosen by.
 pub(super) fn draw(page: &mut Page, scale: Scale, scene: &Scene<'_>) {
@@ -32,20 +39,20 @@ fn draw_selection(page: &mut Page, scale: Scale, selection: &Selection) {
     for gap in &selection.diagonal {
         diagonal_strip(page, scale, gap);
     }
-    let mut above = Vec::new();
-    if let Some(ds) = selection.ds {
-        let (from, to) = (scale.place(0.0, ds), [scale.side - scale.length(ds), 0.0]);
-        page.line(from, to, line_style(DIAGONAL, "ds"));
-        above.push(Label { about: to[0], text: "ds".to_owned(), color: DIAGONAL });
-    }
-    let mut below = Vec::new();
-    if selection.vs <= scale.top {
-        below.push(vertical_line(page, scale, selection.vs, "vs", VERTICAL));
-    }
-    above.extend(labels(&selection.diagonal, "dgap", DIAGONAL, |gap| scale.side - middle(scale, gap)));
-    below.extend(labels(&selection.vertical, "vgap", VERTICAL, |gap| middle(scale, gap)));
-    Row { from: 0.0, to: scale.side, edge: 0.0, reach: -6.0, base: -9.0 }.draw(page, above);
-    foot(scale).draw(page, below);
+    draw_ds(page, scale, selection);
+    let labels = ranks(&selection.vertical, "vgap", VERTICAL, |gap| middle(scale, gap));
+    let from = if selection.vs <= scale.top { draw_vs(page, scale, selection.vs, &labels) } else { FOOT };
+    Row { from, to: scale.side, edge: scale.side, reach: scale.side - 5.0, base: foot(scale) }.draw(page, labels);
+}
+
+/// The lower side of DS_k, and the labels of the diagonal gaps.
+fn draw_ds(page: &mut Page, scale: Scale, selection: &Selection) {
+    let Some(ds) = selection.ds else { return };
+    let end = scale.side - scale.length(ds);
+    page.line(scale.place(0.0, ds), [end, 0.0], line_style(DIAGONAL, "ds"));
+    let mut labels = vec![Label { about: end, text: "ds".to_owned(), color: DIAGONAL }];
+    labels.extend(ranks(&selection.diagonal, "dgap", DIAGONAL, |gap| scale.side - middle(scale, gap)));
+    Row { from: -OVERHANG, to: scale.side + OVERHANG, edge: 0.0, reach: -7.0, base: -11.0 }.draw(page, labels);
 }
 
 /// Dots of the view are left of one line and above the other.
@@ -57,13 +64,8 @@ fn draw_alpha(page: &mut Page, scale: Scale, alpha: f64) {
     let corners = [[0.0, 0.0], [x, 0.0], [x, y], [0.0, y]];
     page.polygon(&corners, format_args!("class=\"alive\" fill=\"{ALPHA}\" fill-opacity=\".06\""));
     page.line([0.0, y], [scale.side, y], line_style(ALPHA, "alpha"));
-    let label = vertical_line(page, scale, alpha, "alpha", ALPHA);
-    foot(scale).draw(page, vec![label]);
-}
-
-fn foot(scale: Scale) -> Row {
-    let side = scale.side;
-    Row { from: FOOT, to: side, edge: side, reach: side - 5.0, base: side - 8.0 }
+    vertical_line(page, scale, alpha, ALPHA, "alpha");
+    name_line(page, scale, x, ALPHA, "alpha");
 }
 
 fn diagonal_strip(page: &mut Page, scale: Scale, gap: &Gap) {
@@ -78,21 +80,47 @@ fn vertical_strip(page: &mut Page, scale: Scale, gap: &Gap) {
     page.polygon(&corners, strip_style(VERTICAL, "vgap"));
 }
 
-fn vertical_line(page: &mut Page, scale: Scale, birth: f64, name: &str, color: &'static str) -> Label {
+/// The right side of VS_{k,l}, left of all strips. Returns from where on there is room for their labels.
+fn draw_vs(page: &mut Page, scale: Scale, vs: f64, labels: &[Label]) -> f64 {
+    vertical_line(page, scale, vs, VERTICAL, "vs");
+    let needed: f64 = labels.iter().take(LABELS).map(room).sum();
+    name_line(page, scale, scale.length(vs).min(scale.side - needed), VERTICAL, "vs")
+}
+
+fn vertical_line(page: &mut Page, scale: Scale, birth: f64, color: &str, class: &str) {
     let x = scale.length(birth);
-    page.line([x, 0.0], [x, scale.side], line_style(color, name));
-    Label { about: x, text: name.to_owned(), color }
+    page.line([x, 0.0], [x, scale.side], line_style(color, class));
+}
+
+/// Writes a line's name on its left, if there is room right of the diagonal. Returns where free room begins on its
+/// right.
+fn name_line(page: &mut Page, scale: Scale, x: f64, color: &str, name: &str) -> f64 {
+    let width = text_width(name) + BESIDE;
+    if x - width > FOOT {
+        page.text([x - BESIDE, foot(scale)], Type::new(Anchor::End, color), name);
+        return x;
+    }
+    let x = x.max(FOOT) + BESIDE;
+    page.text([x, foot(scale)], Type::new(Anchor::Start, color), name);
+    x + width
+}
+
+/// The base line of texts at the foot of the frame.
+fn foot(scale: Scale) -> f64 {
+    scale.side - 8.0
 }
 
 /// Labels in order of rank.
-fn labels(gaps: &[Gap], name: &str, color: &'static str, about: impl Fn(&Gap) -> f64) -> Vec<Label> {
-    let label = |(index, gap)| Label { about: about(gap), text: format!("{name} {}", index + 1), color };
+fn ranks(gaps: &[Gap], name: &str, color: &'static str, about: impl Fn(&Gap) -> f64) -> Vec<Label> {
+    let text = |rank: usize| format!("{name} {rank}");
+    let label = |(index, gap)| Label { about: about(gap), text: text(index + 1), color };
     gaps.iter().enumerate().map(label).collect()
 }
 
 fn strip_style(color: &str, class: &str) -> String {
     format!(
-        "class=\"{class}\" fill=\"{color}\" fill-opacity=\".1\" stroke=\"{color}\" stroke-opacity=\".35\" stroke-width=\".75\""
+        "class=\"{class}\" fill=\"{color}\" fill-opacity=\".1\" \
+         stroke=\"{color}\" stroke-opacity=\".35\" stroke-width=\".75\""
     )
 }
 

@@ -1,14 +1,15 @@
 //! What the picture says in words.
 //!
-//! In: a [`Scene`], a name. Out: headline, facts, a description for those who cannot see it. Invariants: one line each. Must not know: shapes.
+//! In: a [`Scene`], a name. Out: headline, facts, a description for those who cannot see it. Invariants: one line each.
+//! Must not know: shapes.
 
 use hopes::topology::ViewSpec;
 
 use super::Scene;
-use super::numbers::{count, grouped, short};
+use super::numbers::{count, short};
 
 /// Longest name shown, in characters.
-const NAME: usize = 60;
+const NAME: usize = 40;
 
 /// The picture's name.
 pub(super) fn headline(scene: &Scene<'_>, name: Option<&str>) -> String {
@@ -36,8 +37,8 @@ pub(super) fn facts(scene: &Scene<'_>) -> String {
     facts.extend(parameters(scene));
     facts.push(count(scene.view.components, "component"));
     facts.push(count(scene.view.cycles, "cycle"));
-    facts.push(format!("{} of {}", grouped(scene.view.critical.len()), count(scene.skeleton.dots().len(), "dot")));
-    facts.join("  \u{b7}  ")
+    facts.push(format!("{} in the diagram", count(scene.skeleton.dots().len(), "dot")));
+    facts.join(" \u{b7} ")
 }
 
 fn parameters(scene: &Scene<'_>) -> Option<String> {
