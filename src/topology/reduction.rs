@@ -69,14 +69,14 @@ const FEW: usize = 64;
 /// `links` is consumed as working space.
 pub fn reduce(order: &impl TotalOrder, node_count: usize, mut links: Vec<Link>) -> Reduction {
     let mut state = State::new(order, node_count, links.len());
-    state.drop_loops(&mut links);
     loop {
         let before = links.len();
-        state.take_apparent(&mut links);
-        if links.len() < FEW || (before - links.len()) * WORTHWHILE < before {
+        state.contract(&mut links);
+        if links.len() < FEW || state.take_apparent(&mut links) * WORTHWHILE < before {
             break;
         }
     }
+    links.retain(|link| link.edge != NONE);
     links.sort_unstable_by(|a, b| compare_links(order, b, a));
     for link in links {
         state.take(link);
@@ -84,6 +84,7 @@ pub fn reduce(order: &impl TotalOrder, node_count: usize, mut links: Vec<Link>) 
     state.result
 }
 
+/// The name of no link.
 const NONE: u32 = u32::MAX;
 
 /// By value; numbers that are no NaN are totally ordered so.
@@ -97,13 +98,12 @@ fn compare_links(order: &impl TotalOrder, a: &Link, b: &Link) -> Ordering {
     compare(a.scale, b.scale).then_with(|| order.break_link_tie(a.edge, b.edge))
 }
 
-/// All that is looked up of a node, side by side in memory.
+/// A node in the union-find, with what a round looks up of it beside it in memory.
 #[derive(Clone, Copy)]
 struct Node {
-    weight: f64,
     /// An elder node of its component; itself, if it is the component's maximum.
     elder: u32,
-    /// In a round: the place of its component's last link, in the order, and that link's scale.
+    /// In a round, of a root: the last of its links in the order, and that link's scale.
     last: u32,
     last_scale: f64,
 }
@@ -112,6 +112,7 @@ struct Node {
 struct State<'a, O> {
     order: &'a O,
     nodes: Vec<Node>,
+    weights: Vec<f64>,
     /// Of a root: whether its component has an open node.
     open: Vec<bool>,
     result: Reduction,
@@ -120,7 +121,7 @@ struct State<'a, O> {
 impl<'a, O: TotalOrder> State<'a, O> {
     fn new(order: &'a O, node_count: usize, link_count: usize) -> Self {
         let nodes = 0..node_count as u32;
-        let alone = |node| Node { weight: order.weight(node), elder: node, last: NONE, last_scale: f64::NEG_INFINITY };
+        let alone = |node| Node { elder: node, last: NONE, last_scale: f64::NEG_INFINITY };
         let result = Reduction {
             pairs: Vec::with_capacity(node_count),
             tree: Vec::with_capacity((link_count + 1).saturating_sub(node_count)),
@@ -129,6 +130,7 @@ impl<'a, O: TotalOrder> State<'a, O> {
         Self {
             order,
             nodes: nodes.clone().map(alone).collect(),
+            weights: nodes.clone().map(|node| order.weight(node)).collect(),
             open: nodes.map(|node| order.is_open(node)).collect(),
             result,
         }
@@ -149,7 +151,7 @@ impl<'a, O: TotalOrder> State<'a, O> {
 
     #[inline]
     fn is_younger(&self, a: u32, b: u32) -> bool {
-        let by_weight = compare(self.nodes[a as usize].weight, self.nodes[b as usize].weight);
+        let by_weight = compare(self.weights[a as usize], self.weights[b as usize]);
         by_weight.then_with(|| self.order.break_node_tie(a, b)) == Ordering::Less
     }
 
@@ -176,65 +178,58 @@ impl<'a, O: TotalOrder> State<'a, O> {
         self.nodes[younger as usize].elder = elder;
     }
 
-    /// A round over all links, which join different roots: takes the pairs that need no sorting, and what has become a loop by them.
+    /// Moves links to the roots of their ends, takes out those that are used up and the loops, which are edges of the tree, and finds the
+    /// last link of every root.
+    fn contract(&mut self, links: &mut Vec<Link>) {
+        links.retain_mut(|link| {
+            if link.edge == NONE {
+                return false;
+            }
+            link.ends = link.ends.map(|node| self.root(node));
+            let [a, b] = link.ends;
+            if a == b {
+                self.result.tree.push(link.edge);
+                return false;
+            }
+            self.note_last(a, link);
+            self.note_last(b, link);
+            true
+        });
+    }
+
+    #[inline]
+    fn note_last(&mut self, root: u32, link: &Link) {
+        let node = self.nodes[root as usize];
+        let is_later = if link.scale == node.last_scale {
+            self.order.break_link_tie(node.last, link.edge) == Ordering::Less
+        } else {
+            link.scale > node.last_scale
+        };
+        // A selection rather than a branch: which is later is anybody's guess.
+        let (last, last_scale) = if is_later { (link.edge, link.scale) } else { (node.last, node.last_scale) };
+        self.nodes[root as usize] = Node { last, last_scale, ..node };
+    }
+
+    /// Takes, of links contracted just now, the pairs that need no sorting. Gives their number.
     ///
     /// The last link of a closed component in the order is where it meets its first neighbour, all of it; if the neighbour's maximum is
     /// elder, then so is that of whatever the neighbour has become by then. Every such component can go at once.
-    fn take_apparent(&mut self, links: &mut Vec<Link>) {
-        self.find_last(links);
-        for (index, link) in links.iter_mut().enumerate() {
+    fn take_apparent(&mut self, links: &mut [Link]) -> usize {
+        let before = self.result.pairs.len();
+        for link in links {
             let [a, b] = link.ends;
-            for (node, other) in [(a, b), (b, a)] {
-                let is_last = self.nodes[node as usize].last == index as u32;
-                if is_last && !self.open[node as usize] && self.is_younger(node, other) {
-                    self.end(node, other, link);
-                    link.edge = NONE;
-                    break;
+            let is_last = [a, b].map(|root| self.nodes[root as usize].last == link.edge);
+            for (root, other, is_last) in [(a, b, is_last[0]), (b, a, is_last[1])] {
+                if is_last {
+                    let node = &mut self.nodes[root as usize];
+                    (node.last, node.last_scale) = (NONE, f64::NEG_INFINITY);
+                    if !self.open[root as usize] && self.is_younger(root, other) {
+                        self.end(root, other, link);
+                        link.edge = NONE;
+                    }
                 }
             }
         }
-        self.contract(links);
-    }
-
-    /// Finds each root's last link in the order.
-    fn find_last(&mut self, links: &[Link]) {
-        for (index, link) in links.iter().enumerate() {
-            for end in link.ends {
-                let node = self.nodes[end as usize];
-                let is_later = if link.scale == node.last_scale {
-                    self.order.break_link_tie(links[node.last as usize].edge, link.edge) == Ordering::Less
-                } else {
-                    link.scale > node.last_scale
-                };
-                // A selection rather than a branch: which is later is anybody's guess.
-                let (last, last_scale) =
-                    if is_later { (index as u32, link.scale) } else { (node.last, node.last_scale) };
-                self.nodes[end as usize] = Node { last, last_scale, ..node };
-            }
-        }
-    }
-
-    /// Takes out the links that a round has used, moves the others to the roots of their ends, and drops loops.
-    fn contract(&mut self, links: &mut Vec<Link>) {
-        links.retain_mut(|link| {
-            for end in link.ends {
-                let node = &mut self.nodes[end as usize];
-                (node.last, node.last_scale) = (NONE, f64::NEG_INFINITY);
-            }
-            link.ends = link.ends.map(|node| self.root(node));
-            link.edge != NONE
-        });
-        self.drop_loops(links);
-    }
-
-    /// Loops are edges of the tree.
-    fn drop_loops(&mut self, links: &mut Vec<Link>) {
-        links.retain(|link| {
-            let is_loop = link.ends[0] == link.ends[1];
-            if is_loop {
-                self.result.tree.push(link.edge);
-            }
-            !is_loop
-        });
+        self.result.pairs.len() - before
     }
 }
