@@ -168,6 +168,10 @@ impl Cloud {
         let slot = self.occupy(position)?;
         self.points += 1;
         let vertex = self.places[slot as usize].vertex.id;
+        if self.places[slot as usize].retracted > 0 && self.is_late(key) {
+            // Retracted points are told by leaving first: a late one must not slip in before them.
+            self.drop_retracted();
+        }
         self.queue.push(key, slot, vertex);
         self.expire();
         Ok(slot)
@@ -308,11 +312,12 @@ impl Cloud {
 
     fn key(&mut self, time: Option<f64>) -> Result<f64, Refusal> {
         if let Some(time) = time {
+            // Noting a time that is too late changes nothing.
+            self.note_time(time)?;
             let oldest = self.window_start(self.newest_time.unwrap_or(time));
             if time < oldest {
                 return Err(Refusal::TooLate { time, oldest });
             }
-            self.note_time(time)?;
         }
         Ok(match self.window {
             Window::Time(_) => time.or(self.newest_time).ok_or(Refusal::NoTime)?,
@@ -333,6 +338,11 @@ impl Cloud {
             Window::Time(length) => newest - length,
             _ => f64::NEG_INFINITY,
         }
+    }
+
+    /// Whether a point with this key leaves before some that came before it.
+    fn is_late(&self, key: f64) -> bool {
+        matches!(self.window, Window::Time(_)) && self.newest_time.is_some_and(|newest| key < newest)
     }
 
     fn find(&self, position: Position) -> Option<Slot> {
@@ -437,9 +447,12 @@ impl Cloud {
 
     /// Drops the arrivals of retracted points once they are the most of the queue, so that it stays bounded by the window.
     fn sweep_queue(&mut self) {
-        if (self.queue.len() as u64) < 2 * self.points + 1024 {
-            return;
+        if (self.queue.len() as u64) >= 2 * self.points + 1024 {
+            self.drop_retracted();
         }
+    }
+
+    fn drop_retracted(&mut self) {
         let places = &mut self.places;
         self.queue.retain(|arrival| {
             let place = &mut places[arrival.slot as usize];

@@ -21,6 +21,12 @@ const BULK_SHARE: usize = 4;
 /// A removal takes time as the square of the vertex' degree, about 1/400 of what bulk loading takes for one vertex.
 const SQUARED_DEGREE_PER_BULK_VERTEX: usize = 400;
 
+/// An insertion takes time as the new vertex' degree, about 1/30 of what bulk loading takes for one vertex.
+const DEGREE_PER_BULK_VERTEX: usize = 30;
+
+/// A cloud is thin when it fills fewer than one in so many of the cells it could fill.
+const THIN_SHARE: usize = 32;
+
 #[derive(Clone, Copy, Debug)]
 struct Site {
     position: Position,
@@ -106,7 +112,11 @@ impl Delaunay {
             return;
         }
         // A new triangulation even where the old one could be cleared: spade's `clear` leaves a stale hull behind.
-        let spade = Spade::bulk_load(sites).expect("positions are inside the limits, which are spade's");
+        let spade = if is_thin(&sites) {
+            load_in_rounds(sites)
+        } else {
+            Spade::bulk_load(sites).expect("positions are inside the limits, which are spade's")
+        };
         for vertex in spade.vertices() {
             self.handles[vertex.data().slot as usize] = vertex.index() as u32;
         }
@@ -142,6 +152,52 @@ impl Delaunay {
     }
 }
 
+/// Whether the sites lie along few lines or in few clumps: on a grid with a cell for every four of them, they would else fill most cells.
+///
+/// Loading such a cloud in bulk may take quadratic time, as spade works from the mean position outwards: a long run on one line is
+/// inserted as if nothing else were there, and sites seen from the mean in one direction are inserted last, each with a long search.
+fn is_thin(sites: &[Site]) -> bool {
+    let side = (sites.len() as f64 / 4.0).sqrt().max(1.0);
+    let positions = || sites.iter().map(|site| site.position);
+    let bounds = Bounds::of(positions());
+    let mut filled = vec![false; (side as usize + 1).pow(2)];
+    for position in positions() {
+        let [x, y] = bounds.cell(position, side);
+        filled[x as usize * (side as usize + 1) + y as usize] = true;
+    }
+    filled.into_iter().filter(|&filled| filled).count() * THIN_SHARE < sites.len()
+}
+
+/// Inserts sites one by one in rounds, each of as many as all before it: drawn at random, then ordered along a curve. Takes near-linear time
+/// on every cloud (N. Amenta, S. Choi, G. Rote, "Incremental Constructions con BRIO", SoCG 2003), about half as long again as
+/// bulk loading does on a good one.
+fn load_in_rounds(mut sites: Vec<Site>) -> Spade {
+    let on_line = |sites: &[Site], third: &Site| are_collinear(sites[0].position, sites[1].position, third.position);
+    if let Some(off) = sites.iter().skip(2).position(|site| !on_line(&sites, site)) {
+        sites.swap(2, off + 2);
+        shuffle(&mut sites[3..]);
+    }
+    let mut spade = Spade::new();
+    let mut done = 0;
+    while done < sites.len() {
+        let round = &sites[done..sites.len().min((2 * done).max(3))];
+        for place in along_curve(round.iter().map(|site| site.position)) {
+            spade.insert(round[place]).expect("positions are inside the limits, which are spade's");
+        }
+        done += round.len();
+    }
+    spade
+}
+
+/// In some order that has nothing to do with the one before, and is the same every time.
+fn shuffle(sites: &mut [Site]) {
+    let mut state = 0_u64;
+    for last in (1..sites.len()).rev() {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        sites.swap(last, (state >> 32) as usize % (last + 1));
+    }
+}
+
 fn lies_on_a_line(mut positions: impl Iterator<Item = Position>) -> bool {
     let (Some(first), Some(second)) = (positions.next(), positions.next()) else { return true };
     positions.all(|position| are_collinear(first, second, position))
@@ -164,17 +220,22 @@ fn step_on_line(path: &mut BTreeMap<Position, Slot>, cloud: &Cloud, change: &Clo
 }
 
 fn step_in_plane(spade: &mut Spade, handles: &mut [u32], cloud: &Cloud, change: &CloudChange) -> bool {
+    let (appeared, vanished) = hand_on(spade, handles, cloud, change);
     // Insertions first: the cloud then meets a line only if it ends on one.
-    for slot in along_curve(cloud, &change.appeared) {
+    let mut budget = DEGREE_PER_BULK_VERTEX * cloud.vertex_count();
+    for place in along_curve(appeared.iter().map(|&slot| cloud.position(slot))) {
+        let slot = appeared[place];
         let site = Site { position: cloud.position(slot), slot };
         let handle = spade.insert(site).expect("positions are inside the limits, which are spade's");
         handles[slot as usize] = handle.index() as u32;
+        let Some(left) = budget.checked_sub(degree(spade, handle)) else { return false };
+        budget = left;
     }
     let mut budget = SQUARED_DEGREE_PER_BULK_VERTEX * cloud.vertex_count();
-    for slot in along_curve(cloud, &change.vanished) {
+    for place in along_curve(vanished.iter().map(|&slot| cloud.position(slot))) {
+        let slot = vanished[place];
         let handle = FixedVertexHandle::from_index(handles[slot as usize] as usize);
-        let degree = spade.vertex(handle).out_edges().count();
-        let Some(left) = budget.checked_sub(degree * degree) else { return false };
+        let Some(left) = budget.checked_sub(degree(spade, handle).pow(2)) else { return false };
         budget = left;
         remove(spade, handles, handle);
         if spade.all_vertices_on_line() {
@@ -182,6 +243,25 @@ fn step_in_plane(spade: &mut Spade, handles: &mut [u32], cloud: &Cloud, change: 
         }
     }
     true
+}
+
+fn degree(spade: &Spade, handle: FixedVertexHandle) -> usize {
+    spade.vertex(handle).out_edges().count()
+}
+
+/// A position that was left and taken again between two changes taken keeps its site, under the new slot. Gives the slots that really
+/// appear and vanish.
+fn hand_on(spade: &mut Spade, handles: &mut [u32], cloud: &Cloud, change: &CloudChange) -> (Vec<Slot>, Vec<Slot>) {
+    let mut left: BTreeMap<Position, Slot> = change.vanished.iter().map(|&slot| (cloud.position(slot), slot)).collect();
+    let mut appeared = change.appeared.clone();
+    appeared.retain(|&slot| {
+        let Some(old) = left.remove(&cloud.position(slot)) else { return true };
+        let handle = handles[old as usize];
+        handles[slot as usize] = handle;
+        spade.vertex_data_mut(FixedVertexHandle::from_index(handle as usize)).slot = slot;
+        false
+    });
+    (appeared, left.into_values().collect())
 }
 
 fn remove(spade: &mut Spade, handles: &mut [u32], handle: FixedVertexHandle) {
@@ -192,27 +272,48 @@ fn remove(spade: &mut Spade, handles: &mut [u32], handle: FixedVertexHandle) {
     }
 }
 
-/// The slots, ordered so that neighbours in the order are near in the plane (Morton order in the batch's bounding box).
-fn along_curve(cloud: &Cloud, slots: &[Slot]) -> Vec<Slot> {
-    let xy = |slot: Slot| cloud.position(slot).xy();
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for p in slots.iter().map(|&slot| xy(slot)) {
-        for axis in 0..2 {
-            low[axis] = low[axis].min(p[axis]);
-            high[axis] = high[axis].max(p[axis]);
-        }
+/// The box around most of some positions: a few that lie far off must not make all others look alike.
+struct Bounds {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+/// So many positions tell how all are spread.
+const SAMPLE: usize = 1024;
+
+impl Bounds {
+    fn of(positions: impl ExactSizeIterator<Item = Position>) -> Self {
+        let stride = positions.len().div_ceil(SAMPLE).max(1);
+        let sample: Vec<Position> = positions.step_by(stride).collect();
+        let range = |axis: usize| {
+            let mut values: Vec<f64> = sample.iter().map(|position| position.xy()[axis]).collect();
+            values.sort_unstable_by(f64::total_cmp);
+            let outside = values.len() / 32;
+            [outside, values.len().saturating_sub(outside + 1)].map(|place| values.get(place).copied().unwrap_or(0.0))
+        };
+        let [[left, right], [bottom, top]] = [0, 1].map(range);
+        Self { low: [left, bottom], high: [right, top] }
     }
-    // A box of no width gives NaN, which the cast makes 0.
-    let cell = |v: f64, axis: usize| ((v - low[axis]) / (high[axis] - low[axis]) * f64::from(u16::MAX)) as u16;
-    let mut keyed: Vec<(u32, Slot)> = slots
-        .iter()
-        .map(|&slot| {
-            let [x, y] = xy(slot);
-            (interleave(cell(x, 0)) | interleave(cell(y, 1)) << 1, slot)
+
+    /// The cell of a position, the nearest one if it is outside, on a grid whose last column and row are number `last`.
+    fn cell(&self, position: Position, last: f64) -> [u16; 2] {
+        let v = position.xy();
+        // A box of no width gives NaN, which the cast makes 0.
+        [0, 1].map(|axis| ((v[axis] - self.low[axis]) / (self.high[axis] - self.low[axis]) * last).min(last) as u16)
+    }
+}
+
+/// Places of the positions, ordered so that neighbours in the order are near in the plane (Morton order in their bounding box).
+fn along_curve(positions: impl ExactSizeIterator<Item = Position> + Clone) -> Vec<usize> {
+    let bounds = Bounds::of(positions.clone());
+    let mut keyed: Vec<(u32, u32)> = (positions.zip(0..))
+        .map(|(position, place)| {
+            let [x, y] = bounds.cell(position, f64::from(u16::MAX));
+            (interleave(x) | interleave(y) << 1, place)
         })
         .collect();
     keyed.sort_unstable();
-    keyed.into_iter().map(|(_, slot)| slot).collect()
+    keyed.into_iter().map(|(_, place)| place as usize).collect()
 }
 
 /// The bits of `v` at even places.

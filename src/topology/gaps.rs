@@ -115,10 +115,12 @@ fn margin(gaps: &[Gap], rank: NonZeroU32, share: f64) -> Option<f64> {
 
 /// Strips between neighbouring persistences, from the diagonal up.
 fn diagonal_strips(skeleton: &Skeleton) -> Vec<Gap> {
-    let ascending = skeleton.dots().iter().rev().map(Dot::persistence);
+    // The diagonal is the lowest line; persistences within the tolerance of 0 lie on it.
+    let ascending = std::iter::once(0.0).chain(skeleton.dots().iter().rev().map(Dot::persistence));
+    let mut lines = lines(ascending, tolerance(skeleton));
     let mut gaps = Vec::with_capacity(skeleton.dots().len());
-    let mut below = 0.0;
-    for (low, high) in lines(ascending, tolerance(skeleton)) {
+    let mut below = lines.next().map_or(0.0, |(_, high)| high);
+    for (low, high) in lines {
         gaps.push(Gap { low: below, high: low });
         below = high;
     }

@@ -1,6 +1,13 @@
 //! What integration tests share: the cases, clouds of every kind, skeletons from scratch.
 #![allow(dead_code, missing_docs)]
 
+pub mod by_position;
+pub mod clouds;
+pub mod model;
+pub mod naive;
+pub mod plot;
+pub mod script;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -1,0 +1,80 @@
+//! A skeleton with positions in place of ids, for comparisons bit for bit.
+
+use hopes::topology::Skeleton;
+
+use super::clouds::Point;
+
+/// A dot with its critical edge and its hole.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct DotAt {
+    pub birth: f64,
+    pub death: f64,
+    /// The critical edge, the smaller end first.
+    pub edge: [Point; 2],
+    /// The triangle whose filling is the death, in order.
+    pub triangle: [Point; 3],
+    /// The hole's centre.
+    pub center: Point,
+}
+
+/// What a skeleton says but for ids: all lists in order of positions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ByPosition {
+    pub vertices: Vec<Point>,
+    pub tree: Vec<[Point; 2]>,
+    pub dots: Vec<DotAt>,
+}
+
+impl ByPosition {
+    /// Also checks the order that a skeleton promises for its own lists.
+    pub fn of(skeleton: &Skeleton) -> Self {
+        assert_in_order(skeleton);
+        let at = |v: u32| skeleton.vertices()[v as usize].position.xy();
+        let dot = |dot: &hopes::topology::Dot| DotAt {
+            birth: dot.birth,
+            death: dot.death,
+            edge: in_order(dot.edge.map(at)),
+            triangle: dot.triangle.map(at),
+            center: skeleton.hole(dot).center,
+        };
+        Self {
+            vertices: in_order(skeleton.vertices().iter().map(|v| v.position.xy()).collect::<Vec<_>>()),
+            tree: in_order(skeleton.tree().iter().map(|edge| in_order(edge.map(at))).collect::<Vec<_>>()),
+            dots: in_order(skeleton.dots().iter().map(dot).collect::<Vec<_>>()),
+        }
+    }
+
+    /// Panics with the first difference only: a whole skeleton is no help to a reader.
+    #[track_caller]
+    pub fn assert_same(&self, want: &Self) {
+        first_difference("vertices", &self.vertices, &want.vertices);
+        first_difference("tree edges", &self.tree, &want.tree);
+        first_difference("dots", &self.dots, &want.dots);
+    }
+}
+
+#[track_caller]
+fn first_difference<T: PartialEq + std::fmt::Debug>(what: &str, ours: &[T], theirs: &[T]) {
+    for index in 0..ours.len().max(theirs.len()) {
+        let (our, their) = (ours.get(index), theirs.get(index));
+        let counts = (ours.len(), theirs.len());
+        assert!(our == their, "{what} {counts:?}, the first difference at {index}: {our:?} should be {their:?}");
+    }
+}
+
+/// Sorted by plain comparison; nothing here is NaN.
+pub fn in_order<T: PartialOrd, L: AsMut<[T]>>(mut list: L) -> L {
+    list.as_mut().sort_by(|a, b| a.partial_cmp(b).expect("no NaN in a skeleton"));
+    list
+}
+
+fn assert_in_order(skeleton: &Skeleton) {
+    let at = |v: u32| skeleton.vertices()[v as usize].position;
+    assert!(skeleton.vertices().is_sorted_by(|a, b| a.id < b.id), "vertices by id");
+    assert!(skeleton.tree().is_sorted_by(|a, b| a < b), "tree edges by ends");
+    assert!(skeleton.tree().iter().all(|[a, b]| a < b), "the smaller end of a tree edge first");
+    assert!(skeleton.dots().iter().all(|dot| dot.edge[0] < dot.edge[1]), "the smaller end of a critical edge first");
+    assert!(skeleton.dots().iter().all(|dot| dot.triangle.is_sorted_by(|&a, &b| at(a) < at(b))), "corners by position");
+    let ranks = skeleton.dots().iter().map(|dot| (-dot.persistence(), dot.edge));
+    assert!(ranks.is_sorted_by(|a, b| a < b), "dots by persistence, the largest first, equal ones by edge");
+}

@@ -1,0 +1,243 @@
+//! The triangulation's upkeep, through the stages by hand: small changes go in vertex by vertex, great ones in bulk, and either way it
+//! is a Delaunay triangulation of the cloud, with the skeleton that recomputation gives.
+
+mod common;
+
+use std::cmp::Ordering::{Equal, Greater, Less};
+
+use common::by_position::ByPosition;
+use common::clouds::{Ground, Point, cases, distinct};
+use common::skeleton_of;
+use hopes::topology::stages::{Basins, Delaunay, Filtration, Mesh, OUTER_FACE, Update};
+use hopes::topology::{Cloud, Position, Skeleton, Window};
+use proptest::prelude::*;
+use proptest::sample::Index;
+use robust::Coord;
+
+/// A cloud and its triangulation, without an engine around them.
+struct Stages {
+    cloud: Cloud,
+    delaunay: Delaunay,
+}
+
+impl Stages {
+    fn new() -> Self {
+        Self { cloud: Cloud::new(Window::All, None), delaunay: Delaunay::default() }
+    }
+
+    fn insert(&mut self, points: &[Point]) {
+        for &[x, y] in points {
+            self.cloud.insert(x, y, None).expect("the point is taken");
+        }
+    }
+
+    fn retract(&mut self, points: &[Point]) {
+        for &[x, y] in points {
+            self.cloud.retract(x, y).expect("the point is there");
+        }
+    }
+
+    /// Closes a frame and follows it; says how, and how many vertices changed.
+    fn follow(&mut self) -> (Update, usize) {
+        self.cloud.commit();
+        let change = self.cloud.take_change();
+        let update = self.delaunay.apply(&self.cloud, &change);
+        self.delaunay.check_invariants(&self.cloud);
+        (update, change.appeared.len() + change.vanished.len())
+    }
+
+    fn positions(&self) -> Vec<Point> {
+        self.cloud.vertices().map(|(_, vertex)| vertex.position.xy()).collect()
+    }
+
+    fn assert_right(&self) {
+        let mesh = self.delaunay.mesh();
+        assert_delaunay(&mesh, &self.positions());
+        let filtration = Filtration::new(&mesh);
+        let basins = Basins::new(&mesh, &filtration);
+        let skeleton = Skeleton::new(&self.cloud, &mesh, filtration, &basins);
+        ByPosition::of(&skeleton).assert_same(&ByPosition::of(&skeleton_of(&self.positions())));
+    }
+}
+
+/// By definition: the faces tile the convex hull, and no circle around a triangle holds the corner across an edge.
+fn assert_delaunay(mesh: &Mesh, positions: &[Point]) {
+    let sites: Vec<Point> = mesh.positions().iter().map(|p| p.xy()).collect();
+    assert_eq!(distinct(&sites), distinct(positions), "the sites are the cloud");
+    let (vertices, edges, faces) = (sites.len(), mesh.edges().len(), mesh.face_count());
+    assert_eq!(vertices + faces, edges + if vertices == 0 { 1 } else { 2 }, "Euler: one component, no hole");
+    for edge in mesh.edges() {
+        let [a, b] = edge.ends.map(|site| coord(mesh.position(site)));
+        let apexes =
+            edge.faces.map(|face| (face != OUTER_FACE).then(|| coord(mesh.position(mesh.opposite(face, edge)))));
+        if let [Some(left), Some(right)] = apexes {
+            let counter_clockwise = robust::orient2d(a, b, left) > 0.0;
+            assert!(counter_clockwise && robust::orient2d(a, b, right) < 0.0, "faces lie on their sides");
+            assert!(robust::incircle(a, b, left, right) <= 0.0, "an edge that should be flipped: {edge:?}");
+        } else {
+            let side = |&[x, y]: &Point| robust::orient2d(a, b, Coord { x, y }).partial_cmp(&0.0).expect("a number");
+            let sides: Vec<_> = sites.iter().map(side).filter(|&side| side != Equal).collect();
+            let one_sided = sides.iter().all(|&s| s == Less) || sides.iter().all(|&s| s == Greater);
+            assert!(one_sided, "an outer edge that is not on the hull: {edge:?}");
+        }
+    }
+}
+
+fn coord(position: Position) -> Coord<f64> {
+    Coord { x: position.x(), y: position.y() }
+}
+
+/// The grounds on which a cloud of some size has a triangle for sure.
+const PLANES: [Ground; 7] = [
+    Ground::Uniform,
+    Ground::Lattice,
+    Ground::RoundedLattice,
+    Ground::Circles(25),
+    Ground::Far,
+    Ground::FarLattice,
+    Ground::Tiny,
+];
+
+/// A base, and small changes: points to insert, vertices to retract.
+type Upkeep = (Vec<Point>, Vec<(Vec<Point>, Vec<Index>)>);
+
+fn upkeep(grounds: &'static [Ground]) -> impl Strategy<Value = Upkeep> {
+    proptest::sample::select(grounds).prop_flat_map(|ground| {
+        let change = (ground.points(0..5), prop::collection::vec(any::<Index>(), 0..5));
+        (ground.points(60..160), prop::collection::vec(change, 1..12))
+    })
+}
+
+/// Brings a base up to date by small changes and gives how each was done, and its share of the cloud.
+fn keep_up((base, changes): &Upkeep) -> Vec<(Update, f64)> {
+    let mut stages = Stages::new();
+    stages.insert(&distinct(base));
+    assert_eq!(stages.follow().0, Update::Bulk, "a base is loaded in bulk");
+    stages.assert_right();
+    let mut updates = Vec::new();
+    for (come, go) in changes {
+        let there = stages.positions();
+        let go: Vec<Point> = go.iter().map(|index| *index.get(&there)).collect();
+        stages.insert(come);
+        stages.retract(&distinct(&go));
+        let (update, changed) = stages.follow();
+        stages.assert_right();
+        updates.push((update, changed as f64 / stages.positions().len() as f64));
+    }
+    updates
+}
+
+proptest! {
+    #![proptest_config(cases(150))]
+
+    #[test]
+    fn small_changes_go_in_vertex_by_vertex(upkeep in upkeep(&PLANES)) {
+        for (update, share) in keep_up(&upkeep) {
+            let want = if share > 0.25 { Update::Bulk } else { Update::Stepwise };
+            prop_assert_eq!(update, want, "{} of the cloud changed", share);
+        }
+    }
+
+    /// A path too is kept up step by step, as long as it stays on its line.
+    #[test]
+    fn a_line_is_kept_without_a_triangulation(upkeep in upkeep(&Ground::LINES)) {
+        for (update, share) in keep_up(&upkeep) {
+            let want = if share > 0.25 { Update::Bulk } else { Update::Stepwise };
+            prop_assert_eq!(update, want, "{} of the cloud changed", share);
+        }
+    }
+
+    /// How slivers are kept up is not promised; what comes out is.
+    #[test]
+    fn slivers_and_mixtures_are_kept_up(upkeep in upkeep(&[Ground::NearlyCollinear, Ground::Mixture])) {
+        keep_up(&upkeep);
+    }
+}
+
+#[test]
+fn a_great_change_is_loaded_in_bulk() {
+    let mut stages = Stages::new();
+    let grid: Vec<Point> = (0..100).map(|i| [f64::from(i % 10), f64::from(i / 10)]).collect();
+    stages.insert(&grid);
+    stages.follow();
+    stages.retract(&grid[..24]);
+    assert_eq!(stages.follow(), (Update::Bulk, 24));
+    stages.insert(&grid[..20]);
+    assert_eq!(stages.follow(), (Update::Stepwise, 20));
+    stages.assert_right();
+}
+
+#[test]
+fn a_position_left_and_taken_again_between_two_changes_stays() {
+    let mut stages = Stages::new();
+    let grid: Vec<Point> = (0..100).map(|i| [f64::from(i % 10), f64::from(i / 10)]).collect();
+    stages.insert(&grid);
+    stages.follow();
+    let last_sites = [grid[0], grid[55], grid[99]];
+    stages.retract(&last_sites);
+    stages.cloud.commit();
+    stages.insert(&last_sites);
+    assert_eq!(stages.follow(), (Update::Stepwise, 6), "three vanished, three appeared");
+    stages.assert_right();
+    stages.retract(&last_sites);
+    assert_eq!(stages.follow(), (Update::Stepwise, 3));
+    stages.assert_right();
+}
+
+/// Clouds along few lines or in few clumps, which bulk loading would take quadratic time for, and a batch that is no better.
+fn thin_clouds(size: i32) -> impl Iterator<Item = (&'static str, Vec<Point>, Vec<Point>)> {
+    let points = move |of: &dyn Fn(f64) -> Point| (0..size).map(f64::from).map(of).collect::<Vec<_>>();
+    let half = f64::from(size / 2);
+    let clouds = [
+        ("a line and one point far off", points(&|i| if i == 7.0 { [-9.0 * half, 1.0] } else { [i, 2.0 * i] })),
+        ("two parallel lines", points(&|i| [(i / 2.0).floor(), i % 2.0])),
+        ("a cross", points(&|i| if i % 2.0 == 0.0 { [i - half, 0.0] } else { [0.0, i - half] })),
+        ("an L", points(&|i| if i % 2.0 == 0.0 { [i, 0.0] } else { [0.0, i] })),
+        ("a parabola", points(&|i| [i - half, (i - half) * (i - half) * 0.25])),
+        (
+            "a line and a lattice",
+            points(&|i| if i % 2.0 == 0.0 { [i, 0.0] } else { [i % 41.0 / 64.0, 5.0 + i % 37.0 / 64.0] }),
+        ),
+    ];
+    let far_line: Vec<Point> = (0..size / 8).map(|i| [f64::from(i) * 8.0, 4.0 * half + 0.5]).collect();
+    clouds.into_iter().map(move |(name, cloud)| (name, cloud, far_line.clone()))
+}
+
+#[test]
+fn thin_clouds_are_triangulated_by_definition() {
+    for (name, cloud, batch) in thin_clouds(2000) {
+        println!("{name}");
+        let mut stages = Stages::new();
+        stages.insert(&distinct(&cloud));
+        stages.follow();
+        stages.assert_right();
+        stages.insert(&batch);
+        stages.follow();
+        stages.assert_right();
+        stages.retract(&batch[1..]);
+        stages.follow();
+        stages.assert_right();
+    }
+}
+
+#[test]
+fn leaving_a_line_and_falling_back_on_it() {
+    let mut stages = Stages::new();
+    let line: Vec<Point> = (0..50).map(|i| [f64::from(i), f64::from(2 * i)]).collect();
+    stages.insert(&line);
+    stages.follow();
+    for off in [[10.0, 21.0], [-3.0, -6.5], [100.0, 0.0]] {
+        stages.insert(&[off]);
+        assert_eq!(stages.follow().0, Update::Bulk, "a path gives way to a triangulation");
+        stages.assert_right();
+        stages.insert(&[[70.0, 140.0]]);
+        assert_eq!(stages.follow().0, Update::Stepwise);
+        stages.assert_right();
+        stages.retract(&[[70.0, 140.0]]);
+        assert_eq!(stages.follow().0, Update::Stepwise);
+        stages.assert_right();
+        stages.retract(&[off]);
+        assert_eq!(stages.follow().0, Update::Bulk, "a triangulation gives way to a path");
+        stages.assert_right();
+    }
+}
