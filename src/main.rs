@@ -16,6 +16,10 @@ fn main() -> ExitCode {
     log_to_stderr(cli.verbose, cli.quiet);
     match cli.run() {
         Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Usage(reason)) => {
+            tracing::error!("{reason}");
+            ExitCode::from(2)
+        }
         Err(Failure::Refused(reason)) => {
             tracing::error!("{reason}");
             ExitCode::from(3)
@@ -40,6 +44,8 @@ fn log_to_stderr(verbose: u8, quiet: bool) {
         .with_writer(std::io::stderr)
         .with_ansi(std::io::IsTerminal::is_terminal(&std::io::stderr()))
         .with_target(false)
+        // Stderr may be closed: that is no reason to stop, and not to panic.
+        .log_internal_errors(false)
         .without_time()
         .init();
 }

@@ -28,8 +28,11 @@ proptest! {
     }
 }
 
+/// A map of the plane.
+type Map = fn(Point) -> Point;
+
 /// Isometries that doubles can follow exactly.
-const EXACT: [(&str, fn(Point) -> Point); 7] = [
+const EXACT: [(&str, Map); 7] = [
     ("reflection in the y axis", |[x, y]| [-x, y]),
     ("reflection in the x axis", |[x, y]| [x, -y]),
     ("exchange of the axes", |[x, y]| [y, x]),

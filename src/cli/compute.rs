@@ -3,6 +3,7 @@
 //! In: a file or stdin, and options. Out: JSON, CSV, GeoJSON, SVG or PNG, to a file or stdout. Invariants: points that cannot be used
 //! are reported, counted and left out, unless `--strict` stops at the first. Must not know: how skeletons are computed or pictures drawn.
 
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufWriter, Cursor, IsTerminal, Read, Write};
 use std::path::{Path, PathBuf};
@@ -10,7 +11,7 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use hopes::topology::{Frame, Options, Pipeline, Position, Simplified, ViewSpec, simplify};
+use hopes::topology::{CoordinateError, Frame, Options, Pipeline, Position, Refusal, Simplified, ViewSpec, simplify};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::args::{ViewArgs, resolution, scale};
@@ -71,15 +72,21 @@ enum Input {
 /// Below this many bytes of input nobody waits long enough to want a bar.
 const LONG_WORK: u64 = 8 << 20;
 
+/// How many bytes may tell the form of the input.
+const SNIFFED: u64 = 4096;
+
 impl Compute {
     pub fn run(self) -> Result<(), Failure> {
+        if self.simplify == Some(None) && self.view.spec() == ViewSpec::Full {
+            return Err(Failure::Usage("--simplify with --full needs a radius: --simplify=RADIUS"));
+        }
         let progress = self.progress();
         let (points, mut complaints) = self.read(&progress)?;
         progress.set_message("computing the skeleton");
         progress.enable_steady_tick(std::time::Duration::from_millis(100));
         let (frame, points) = self.compute(points, &mut complaints)?;
         let view = frame.view(self.view.spec());
-        let simplified = self.simplified(&frame)?;
+        let simplified = self.simplified(&frame);
         let answer = Answer {
             skeleton: &frame.skeleton,
             view: &view,
@@ -125,11 +132,13 @@ impl Compute {
             Input::Text => Format::Text,
             Input::Jsonl => Format::JsonLines,
             Input::Auto => {
-                let mut first = vec![0; 4096];
-                let read = source.read(&mut first).with_context(|| format!("cannot read {}", self.file.display()))?;
-                first.truncate(read);
+                // A pipe may bring its first bytes one by one.
+                let mut first = Vec::new();
+                let read = source.by_ref().take(SNIFFED).read_to_end(&mut first);
+                let read = read.with_context(|| format!("cannot read {}", self.file.display()))? as u64;
                 let format = Format::sniff((!self.is_stdin()).then_some(self.file.as_path()), &first);
-                source = Box::new(Cursor::new(first).chain(source));
+                let first = Cursor::new(first);
+                source = if read < SNIFFED { Box::new(first) } else { Box::new(first.chain(source)) };
                 format
             }
         };
@@ -143,15 +152,22 @@ impl Compute {
         let mut changes = vec![Change::default()];
         loop {
             let line = reader.line() + 1;
-            let Some(record) = reader.next_record().with_context(|| format!("in {}", self.file.display()))? else {
-                break;
-            };
+            // The error says its cause itself.
+            let record =
+                reader.next_record().map_err(|error| anyhow::anyhow!("in {}: {error}", self.file.display()))?;
+            let Some(record) = record else { break };
+            let retracts = matches!(record, Record::Retract { .. });
             match record {
-                Record::Points { points, .. } => {
-                    Change::last(&mut changes, false).take(points, line, &mut complaints)?
+                Record::Points { points, .. } | Record::Retract { points } => {
+                    let change = Change::last(&mut changes, retracts);
+                    for &point in points {
+                        match self.position(point) {
+                            Ok(_) => change.add(point, line),
+                            Err(error) => complaints.add(&refused(point, line, &error))?,
+                        }
+                    }
                 }
-                Record::Retract { points } => Change::last(&mut changes, true).take(points, line, &mut complaints)?,
-                Record::Commit { .. } | Record::Blank => {}
+                Record::Commit { .. } | Record::Blank | Record::Nothing => {}
                 Record::Bad(bad) => complaints.add(&bad)?,
             }
             if line % 65_536 == 0 {
@@ -161,14 +177,17 @@ impl Compute {
         Ok((changes, complaints))
     }
 
+    /// Where a point will be; those that have no position are refused while the line is known.
+    fn position(&self, [x, y]: [f64; 2]) -> Result<Position, CoordinateError> {
+        let position = Position::new(x, y)?;
+        self.resolution.map_or(Ok(position), |step| position.snapped(step))
+    }
+
     fn compute(&self, changes: Vec<Change>, complaints: &mut Complaints) -> Result<(Arc<Frame>, u64), Failure> {
         let mut pipeline = Pipeline::new(Options { resolution: self.resolution, ..Options::default() });
-        for Change { points, retracts } in changes {
-            let refused =
-                if retracts { pipeline.feed_retractions(&points) } else { pipeline.feed_points(&points, None) };
-            for (index, refusal) in refused {
-                let [x, y] = points[index];
-                complaints.add(&format_args!("point ({x}, {y}): {refusal}"))?;
+        for change in changes {
+            for (index, refusal) in change.feed(&mut pipeline) {
+                complaints.add(&refused(change.points[index], change.lines[index], &refusal))?;
             }
         }
         let points = pipeline.point_count();
@@ -178,25 +197,22 @@ impl Compute {
         Ok((frame, points))
     }
 
-    fn simplified(&self, frame: &Frame) -> Result<Option<(f64, Simplified)>, Failure> {
-        let Some(threshold) = self.simplify else { return Ok(None) };
+    fn simplified(&self, frame: &Frame) -> Option<(f64, Simplified)> {
         let view = frame.view(self.view.spec());
-        let threshold = match (threshold, view.spec, &view.selection) {
+        let threshold = match (self.simplify?, view.spec, &view.selection) {
             (Some(threshold), ..) => threshold,
             (None, ViewSpec::Reduced { alpha }, _) => alpha,
-            (None, _, Some(selection)) => selection.vs,
-            (None, ..) => {
-                return Err(Failure::Failed(anyhow::anyhow!(
-                    "--simplify with --full needs a radius: --simplify=RADIUS"
-                )));
-            }
+            (None, _, selection) => selection.as_ref().map_or(f64::INFINITY, |selection| selection.vs),
         };
-        Ok(Some((threshold, simplify(&frame.skeleton, &view, threshold))))
+        Some((threshold, simplify(&frame.skeleton, &view, threshold)))
     }
 
     fn write(&self, answer: &Answer) -> Result<(), Failure> {
         match &self.output {
-            None => self.format.write(answer, &mut BufWriter::with_capacity(1 << 16, io::stdout().lock()))?,
+            None => {
+                let mut stdout = BufWriter::with_capacity(1 << 16, io::stdout().lock());
+                self.format.write(answer, &mut stdout).context("cannot write to stdout")?;
+            }
             Some(path) => {
                 let file = File::create(path).with_context(|| format!("cannot write {}", path.display()))?;
                 let mut file = BufWriter::with_capacity(1 << 16, file);
@@ -212,6 +228,8 @@ impl Compute {
 #[derive(Default)]
 struct Change {
     points: Vec<[f64; 2]>,
+    /// Of each point.
+    lines: Vec<u64>,
     retracts: bool,
 }
 
@@ -219,20 +237,26 @@ impl Change {
     /// The last change if it is of this kind, else a new one.
     fn last(changes: &mut Vec<Change>, retracts: bool) -> &mut Change {
         if changes.last().is_none_or(|last| last.retracts != retracts) {
-            changes.push(Change { points: Vec::new(), retracts });
+            changes.push(Change { retracts, ..Change::default() });
         }
         let last = changes.len() - 1;
         &mut changes[last]
     }
 
-    /// Adds the points of a line; those that have no position are refused here, where the line is known.
-    fn take(&mut self, points: &[[f64; 2]], line: u64, complaints: &mut Complaints) -> Result<(), Failure> {
-        for &[x, y] in points {
-            match Position::new(x, y) {
-                Ok(_) => self.points.push([x, y]),
-                Err(error) => complaints.add(&format_args!("line {line}, point ({x}, {y}): {error}"))?,
-            }
-        }
-        Ok(())
+    fn add(&mut self, point: [f64; 2], line: u64) {
+        self.points.push(point);
+        self.lines.push(line);
     }
+
+    fn feed(&self, pipeline: &mut Pipeline) -> Vec<(usize, Refusal)> {
+        match self.retracts {
+            true => pipeline.feed_retractions(&self.points),
+            false => pipeline.feed_points(&self.points, None),
+        }
+    }
+}
+
+/// How `daemon` says it too.
+fn refused([x, y]: [f64; 2], line: u64, reason: &dyn Display) -> String {
+    format!("line {line}, point ({x}, {y}): {reason}")
 }

@@ -41,6 +41,8 @@ enum Command {
 /// Why a subcommand did not succeed.
 #[derive(Debug)]
 pub enum Failure {
+    /// Arguments that do not go together.
+    Usage(&'static str),
     /// `--strict` met something that it does not let pass.
     Refused(String),
     /// Something else failed.

@@ -108,6 +108,7 @@ fn read(mut reader: Reader<impl Read>, feed: &Feed) {
             }
             Record::Commit { time } => flush(feed, &mut batch) && feed.send(Input::Commit(time)),
             Record::Blank => flush(feed, &mut batch) && feed.send(Input::Commit(None)),
+            Record::Nothing => true,
             Record::Bad(bad) => flush(feed, &mut batch) && feed.send(Input::Unreadable(bad.to_string())),
         };
         if !listening || !reader.is_ready() && !flush(feed, &mut batch) {

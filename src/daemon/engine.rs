@@ -110,7 +110,6 @@ impl Engine {
                 return Ok(self.close_frame(time));
             }
             Input::Points(points) => {
-                self.pending = true;
                 for point in points {
                     if let Next::Stop = self.insert(point)? {
                         return Ok(Next::Stop);
@@ -135,6 +134,7 @@ impl Engine {
     }
 
     fn insert(&mut self, point: Point) -> Result<Next, DaemonError> {
+        self.pending = true;
         let [x, y] = point.position;
         let answer = self.pipeline.feed_point(x, y, point.time);
         if answer.is_ok() {

@@ -3,10 +3,20 @@
 
 pub mod by_position;
 pub mod clouds;
+#[cfg(feature = "daemon")]
+pub mod mirror;
 pub mod model;
 pub mod naive;
 pub mod plot;
+#[cfg(feature = "daemon")]
+pub mod process;
+#[cfg(feature = "daemon")]
+pub mod random;
+#[cfg(feature = "daemon")]
+pub mod reply;
 pub mod script;
+#[cfg(feature = "daemon")]
+pub mod window;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Input: from bytes to the parsed lines of a point stream.
 //!
 //! In: any [`std::io::Read`], a [`Format`], the [`Columns`] of a table and the [`Limits`].
-//! Out: one [`Record`] at a time, from a [`Reader`]: points, retractions, commits, blank lines, and
+//! Out: one [`Record`] a line, from a [`Reader`]: points, retractions, commits, blank lines, headers and comments, and
 //! lines that cannot be read, each with a message that names the line, the field and the remedy.
 //!
 //! Invariants: a bad line never stops the rest; memory is bounded by the longest line allowed; how

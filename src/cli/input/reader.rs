@@ -60,7 +60,7 @@ impl<R: Read> Reader<R> {
         Self { lines: Lines::new(source, limits.line_bytes), content, points: Vec::new() }
     }
 
-    /// The next record; none at the end of the source.
+    /// The record of the next line; none at the end of the source.
     ///
     /// Returns as soon as a line is complete: the source is read only when no complete line is
     /// left, and then once. The last line needs no line end.
@@ -70,13 +70,8 @@ impl<R: Read> Reader<R> {
     /// The source fails, or a chosen column is not in the header of the table. After a failure of
     /// the source nothing is lost, and the reader may be asked again.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>, ReadError> {
-        let parsed = loop {
-            match self.parse_line()? {
-                Some(Parsed::Nothing) => {}
-                other => break other,
-            }
-        };
-        Ok(parsed.and_then(|parsed| parsed.into_record(self.lines.number(), &self.points)))
+        let parsed = self.parse_line()?;
+        Ok(parsed.map(|parsed| parsed.into_record(self.lines.number(), &self.points)))
     }
 
     /// Whether the next record is at hand, so that asking for it would not wait for the source.

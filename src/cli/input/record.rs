@@ -28,6 +28,8 @@ pub enum Record<'a> {
     },
     /// An empty line.
     Blank,
+    /// A header or a comment.
+    Nothing,
     /// A line that could not be read.
     Bad(BadLine),
 }
@@ -35,29 +37,24 @@ pub enum Record<'a> {
 /// What a parser found on a line. Points are in the buffer it was given.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Parsed {
-    /// A header or a comment: no record.
     Nothing,
-    Points {
-        time: Option<f64>,
-    },
+    Points { time: Option<f64> },
     Retract,
-    Commit {
-        time: Option<f64>,
-    },
+    Commit { time: Option<f64> },
     Blank,
     Bad(Fault),
 }
 
 impl Parsed {
     /// The record of this, for the given line and the points found on it.
-    pub(super) fn into_record(self, line: u64, points: &[[f64; 2]]) -> Option<Record<'_>> {
-        Some(match self {
-            Self::Nothing => return None,
+    pub(super) fn into_record(self, line: u64, points: &[[f64; 2]]) -> Record<'_> {
+        match self {
+            Self::Nothing => Record::Nothing,
             Self::Points { time } => Record::Points { points, time },
             Self::Retract => Record::Retract { points },
             Self::Commit { time } => Record::Commit { time },
             Self::Blank => Record::Blank,
             Self::Bad(fault) => Record::Bad(fault.on_line(line)),
-        })
+        }
     }
 }
