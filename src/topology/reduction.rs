@@ -69,14 +69,15 @@ const FEW: usize = 64;
 /// `links` is consumed as working space.
 pub fn reduce(order: &impl TotalOrder, node_count: usize, mut links: Vec<Link>) -> Reduction {
     let mut state = State::new(order, node_count, links.len());
+    state.contract(&mut links);
     loop {
         let before = links.len();
+        state.take_apparent(&mut links);
         state.contract(&mut links);
-        if links.len() < FEW || state.take_apparent(&mut links) * WORTHWHILE < before {
+        if links.len() < FEW || (before - links.len()) * WORTHWHILE < before {
             break;
         }
     }
-    links.retain(|link| link.edge != NONE);
     links.sort_unstable_by(|a, b| compare_links(order, b, a));
     for link in links {
         state.take(link);
@@ -210,12 +211,11 @@ impl<'a, O: TotalOrder> State<'a, O> {
         self.nodes[root as usize] = Node { last, last_scale, ..node };
     }
 
-    /// Takes, of links contracted just now, the pairs that need no sorting. Gives their number.
+    /// Takes, of links contracted just now, the pairs that need no sorting.
     ///
     /// The last link of a closed component in the order is where it meets its first neighbour, all of it; if the neighbour's maximum is
     /// elder, then so is that of whatever the neighbour has become by then. Every such component can go at once.
-    fn take_apparent(&mut self, links: &mut [Link]) -> usize {
-        let before = self.result.pairs.len();
+    fn take_apparent(&mut self, links: &mut [Link]) {
         for link in links {
             let [a, b] = link.ends;
             let is_last = [a, b].map(|root| self.nodes[root as usize].last == link.edge);
@@ -230,6 +230,5 @@ impl<'a, O: TotalOrder> State<'a, O> {
                 }
             }
         }
-        self.result.pairs.len() - before
     }
 }
