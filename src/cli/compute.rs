@@ -88,6 +88,7 @@ impl Compute {
         let view = frame.view(self.view.spec());
         let simplified = self.simplified(&frame);
         let answer = Answer {
+            name: self.file.file_stem().and_then(|stem| stem.to_str()).filter(|_| !self.is_stdin()),
             skeleton: &frame.skeleton,
             view: &view,
             simplified: simplified.as_ref().map(|(threshold, simplified)| (*threshold, simplified)),

@@ -17,6 +17,8 @@ use super::picture;
 /// Everything that can be said of a cloud.
 #[derive(Clone, Copy)]
 pub struct Answer<'a> {
+    /// What the cloud is called, if it has a name.
+    pub name: Option<&'a str>,
     /// The whole skeleton.
     pub skeleton: &'a Skeleton,
     /// The view asked for.
@@ -71,5 +73,6 @@ impl OutputFormat {
 
 fn drawing(answer: &Answer) -> String {
     let simplified = answer.simplified.map(|(_, s)| (s.positions.as_slice(), s.edges.as_slice()));
-    picture::svg(answer.skeleton, answer.view, simplified, &picture::Options::default())
+    let options = picture::Options { name: answer.name.map(str::to_owned), ..picture::Options::default() };
+    picture::svg(answer.skeleton, answer.view, simplified, &options)
 }
