@@ -10,7 +10,6 @@
 //! Scales: H. Edelsbrunner and J. Harer, "Computational Topology", section III.4; radii, not squared, at the interface.
 
 use std::cmp::Ordering;
-use std::ops::Range;
 
 use super::geometry::{
     Circle, Cocircular, acuteness, circumcircle, circumradius_squared, half_length_squared, quick_acuteness,
@@ -74,19 +73,18 @@ impl Filtration {
             suspects: Vec::new(),
         };
         let mut sides = [[Side::default(); 2]; BLOCK];
-        for first in (0..count).step_by(BLOCK) {
-            let block = first as u32..(first + BLOCK).min(count) as u32;
-            look_across(mesh, block.clone(), &mut sides);
-            for (index, sides) in block.zip(&sides) {
-                filtration.classify(mesh, index, sides);
+        for (number, block) in mesh.edges().chunks(BLOCK).enumerate() {
+            let first = (number * BLOCK) as u32;
+            look_across(mesh, first, block, &mut sides);
+            for ((index, edge), sides) in (first..).zip(block).zip(&sides) {
+                filtration.classify(mesh, index, edge, sides);
             }
         }
         filtration
     }
 
     #[inline]
-    fn classify(&mut self, mesh: &Mesh, index: u32, sides: &[Side; 2]) {
-        let edge = &mesh.edges()[index as usize];
+    fn classify(&mut self, mesh: &Mesh, index: u32, edge: &MeshEdge, sides: &[Side; 2]) {
         let attached = [0, 1].map(|side| is_attached_to(mesh, edge, side, &sides[side]));
         if attached == [false, false] {
             let [a, b] = edge.ends.map(|site| mesh.position(site));
@@ -185,14 +183,14 @@ impl Filtration {
 /// What lies across is all over the memory. Fetched for many edges before any of it is decided on, it is waited for once, not
 /// once an edge.
 #[inline]
-fn look_across(mesh: &Mesh, block: Range<u32>, sides: &mut [[Side; 2]; BLOCK]) {
-    for (index, sides) in block.clone().zip(sides.iter_mut()) {
+fn look_across(mesh: &Mesh, first: u32, block: &[MeshEdge], sides: &mut [[Side; 2]; BLOCK]) {
+    for ((index, edge), sides) in (first..).zip(block).zip(sides.iter_mut()) {
         for (side, look) in sides.iter_mut().enumerate() {
-            (look.opposite, look.closes) = mesh.across(index, side);
+            (look.opposite, look.closes) = mesh.across(index, edge, side);
         }
     }
-    for (index, sides) in block.zip(sides) {
-        let [a, b] = mesh.edges()[index as usize].ends.map(|site| mesh.position(site));
+    for (edge, sides) in block.iter().zip(sides) {
+        let [a, b] = edge.ends.map(|site| mesh.position(site));
         for look in sides {
             look.angle = quick_acuteness(a, mesh.position(look.opposite), b);
         }

@@ -113,11 +113,10 @@ impl Mesh {
         self.by_position([edge.ends[0], edge.ends[1], self.opposite(face, edge)])
     }
 
-    /// What an edge sees on one side: the corner opposite to it (one of its own ends, on the outer face), and whether it is the last of the
+    /// What an edge, `edges()[index]`, sees on one side: the corner opposite to it (one of its own ends, on the outer face), and whether it is the last of the
     /// triangle's three edges.
     #[inline]
-    pub fn across(&self, index: u32, side: usize) -> (u32, bool) {
-        let edge = &self.edges[index as usize];
+    pub fn across(&self, index: u32, edge: &MeshEdge, side: usize) -> (u32, bool) {
         let face = &self.faces[edge.faces[side] as usize];
         let [a, b] = edge.ends;
         let inside = edge.faces[side] != OUTER_FACE;
