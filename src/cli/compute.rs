@@ -11,7 +11,9 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use hopes::topology::{CoordinateError, Frame, Options, Pipeline, Position, Refusal, Simplified, ViewSpec, simplify};
+use hopes::topology::{
+    CoordinateError, Frame, Options, Pipeline, Position, Refusal, Simplified, View, ViewSpec, simplify,
+};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::args::{ViewArgs, resolution, scale};
@@ -86,7 +88,7 @@ impl Compute {
         progress.enable_steady_tick(std::time::Duration::from_millis(100));
         let (frame, points) = self.compute(points, &mut complaints)?;
         let view = frame.view(self.view.spec());
-        let simplified = self.simplified(&frame);
+        let simplified = self.simplified(&frame, &view);
         let answer = Answer {
             name: self.file.file_stem().and_then(|stem| stem.to_str()).filter(|_| !self.is_stdin()),
             skeleton: &frame.skeleton,
@@ -198,14 +200,13 @@ impl Compute {
         Ok((frame, points))
     }
 
-    fn simplified(&self, frame: &Frame) -> Option<(f64, Simplified)> {
-        let view = frame.view(self.view.spec());
+    fn simplified(&self, frame: &Frame, view: &View) -> Option<(f64, Simplified)> {
         let threshold = match (self.simplify?, view.spec, &view.selection) {
             (Some(threshold), ..) => threshold,
             (None, ViewSpec::Reduced { alpha }, _) => alpha,
             (None, _, selection) => selection.as_ref().map_or(f64::INFINITY, |selection| selection.vs),
         };
-        Some((threshold, simplify(&frame.skeleton, &view, threshold)))
+        Some((threshold, simplify(&frame.skeleton, view, threshold)))
     }
 
     fn write(&self, answer: &Answer) -> Result<(), Failure> {
