@@ -46,10 +46,9 @@ impl Graph {
         open
     }
 
-    fn reduce(&self, open: Vec<bool>, links: Vec<Link>) -> Reduction {
-        let handed_in = links.clone();
+    fn reduce(&self, open: Vec<bool>, links: &[Link]) -> Reduction {
         let reduction = reduce(&Order { graph: self, open: &open }, self.node_count(), links);
-        assert_shared_out(&handed_in, &reduction);
+        assert_shared_out(links, &reduction);
         if !open.contains(&true) {
             assert_eq!(reduction.links, [], "without open nodes nothing is left");
         }
@@ -57,7 +56,7 @@ impl Graph {
     }
 
     fn in_one_pass(&self) -> Reduction {
-        sorted(self.reduce(vec![false; self.node_count()], self.links.clone()))
+        sorted(self.reduce(vec![false; self.node_count()], &self.links))
     }
 
     /// Four tiles, then two, then all: what each level leaves, and the links that have come inside, make the next one's graph.
@@ -75,7 +74,7 @@ impl Graph {
                 let mut links: Vec<Link> = self.links.iter().filter(is_new).copied().collect();
                 links.extend(children[2 * tile as usize..][..2].iter().flatten());
                 let open = self.open_nodes(|link| self.is_inside(link, tile, level));
-                let reduction = self.reduce(open, links);
+                let reduction = self.reduce(open, &links);
                 whole.pairs.extend(reduction.pairs);
                 whole.tree.extend(reduction.tree);
                 left.push(reduction.links);
@@ -131,6 +130,8 @@ struct Order<'a> {
 }
 
 impl TotalOrder for Order<'_> {
+    type LinkTie = u32;
+
     fn weight(&self, node: u32) -> f64 {
         self.graph.weights[node as usize]
     }
@@ -139,8 +140,8 @@ impl TotalOrder for Order<'_> {
         self.graph.node_ranks[a as usize].cmp(&self.graph.node_ranks[b as usize])
     }
 
-    fn break_link_tie(&self, a: u32, b: u32) -> Ordering {
-        self.graph.link_ranks[a as usize].cmp(&self.graph.link_ranks[b as usize])
+    fn break_link_tie(&self, edge: u32) -> u32 {
+        self.graph.link_ranks[edge as usize]
     }
 
     fn is_open(&self, node: u32) -> bool {
@@ -251,7 +252,7 @@ fn an_open_node_leaves_its_merges() {
         tiles: vec![0; 4],
     };
     let open = vec![false, true, false, false];
-    let reduction = graph.reduce(open, graph.links.clone());
+    let reduction = graph.reduce(open, &graph.links);
     assert_eq!(reduction.links, [link(0, 4.0, [1, 2]), link(3, 1.0, [2, 0])]);
     assert_eq!(reduction.pairs, [Pair { scale: 3.0, edge: 1, death: 3 }]);
     assert_eq!(reduction.tree, [2]);

@@ -7,6 +7,7 @@
 
 use super::cloud::Slot;
 use super::position::Position;
+use super::sorting::{in_order_by, ordinal};
 
 /// The outer face of every [`Mesh`].
 pub const OUTER_FACE: u32 = 0;
@@ -136,6 +137,17 @@ impl Mesh {
         swap(&mut b, &mut c);
         swap(&mut a, &mut b);
         [a, b, c]
+    }
+
+    /// Of each site: its place in the order of positions.
+    pub fn places_by_position(&self) -> Vec<u32> {
+        let position = |site: u32| self.position(site);
+        let by_x = self.positions.iter().map(|position| ordinal(position.x()));
+        let mut places = vec![0; self.positions.len()];
+        for (site, place) in in_order_by(by_x, |a, b| position(a).cmp(&position(b))).into_iter().zip(0..) {
+            places[site as usize] = place;
+        }
+        places
     }
 
     /// The ends of an edge, the smaller position first.

@@ -34,6 +34,7 @@ mod position;
 mod reduction;
 mod simplify;
 mod skeleton;
+mod sorting;
 #[cfg(test)]
 mod testing;
 mod view;

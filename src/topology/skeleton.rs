@@ -8,6 +8,7 @@
 //! V. Kurlin, "A one-dimensional homologically persistent skeleton of an unstructured point cloud in any metric space",
 //! Computer Graphics Forum 34(5), 2015, Definition 7; scales are radii.
 
+use std::cell::OnceCell;
 use std::cmp::Ordering;
 
 use super::basins::Basins;
@@ -16,6 +17,7 @@ use super::filtration::Filtration;
 use super::geometry::{circumcircle, distance, half_length_squared};
 use super::mesh::Mesh;
 use super::reduction::{Pair, TotalOrder, reduce};
+use super::sorting::{in_order_by, ordinal};
 
 /// A dot whose persistence is at most this share of its death is rounding, not topology.
 pub const DIAGONAL: f64 = 1e-12;
@@ -68,14 +70,13 @@ impl Skeleton {
         for link in &mut links {
             link.ends = link.ends.map(|face| basins.of_face(face));
         }
-        let reduction = reduce(&Dual { mesh, basins }, basins.count(), links);
+        let reduction = reduce(&Dual::new(mesh, basins), basins.count(), &links);
         let (vertices, rank) = ranked_vertices(cloud, mesh);
         let edge_of = |edge: u32| {
             let [a, b] = mesh.edges()[edge as usize].ends.map(|site| rank[site as usize]);
             [a.min(b), a.max(b)]
         };
-        let mut tree: Vec<Edge> = reduction.tree.iter().map(|&edge| edge_of(edge)).collect();
-        tree.sort_unstable();
+        let tree = by_ends(reduction.tree.iter().map(|&edge| edge_of(edge)).collect());
         let mut dots = Vec::with_capacity(reduction.pairs.len());
         dots.extend(reduction.pairs.iter().filter_map(|&pair| {
             let (birth, death) = label(basins, pair)?;
@@ -148,13 +149,19 @@ fn label(basins: &Basins, pair: Pair) -> Option<(f64, f64)> {
     (death - birth > DIAGONAL * death).then_some((birth, death))
 }
 
+fn by_ends(edges: Vec<Edge>) -> Vec<Edge> {
+    let keys = edges.iter().map(|&[a, b]| u64::from(a) << 32 | u64::from(b));
+    let order = in_order_by(keys, |a, b| edges[a as usize].cmp(&edges[b as usize]));
+    order.into_iter().map(|place| edges[place as usize]).collect()
+}
+
 fn by_persistence(dots: &[Dot]) -> Vec<Dot> {
-    // Positive doubles are in the order of their bits, so small keys can be sorted in place of large dots.
-    let mut keyed: Vec<(u64, u32)> =
-        dots.iter().enumerate().map(|(index, dot)| (!dot.persistence().to_bits(), index as u32)).collect();
-    let edge = |index: u32| dots[index as usize].edge;
-    keyed.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| edge(a.1).cmp(&edge(b.1))));
-    keyed.into_iter().map(|(_, index)| dots[index as usize]).collect()
+    let dot = |place: u32| &dots[place as usize];
+    let order = in_order_by(dots.iter().map(|dot| !ordinal(dot.persistence())), |a, b| {
+        let (a, b) = (dot(a), dot(b));
+        b.persistence().total_cmp(&a.persistence()).then_with(|| a.edge.cmp(&b.edge))
+    });
+    order.into_iter().map(|place| *dot(place)).collect()
 }
 
 /// A sum whose error does not grow with the number of terms (Neumaier).
@@ -172,9 +179,19 @@ pub(super) fn compensated_sum(terms: impl Iterator<Item = f64>) -> f64 {
 struct Dual<'a> {
     mesh: &'a Mesh,
     basins: &'a Basins,
+    /// Of each site: its place by position. Most clouds have no ties, so it is made for the first.
+    places: OnceCell<Vec<u32>>,
+}
+
+impl<'a> Dual<'a> {
+    fn new(mesh: &'a Mesh, basins: &'a Basins) -> Self {
+        Self { mesh, basins, places: OnceCell::new() }
+    }
 }
 
 impl TotalOrder for Dual<'_> {
+    type LinkTie = [u32; 2];
+
     fn weight(&self, node: u32) -> f64 {
         self.basins.weight(node)
     }
@@ -183,8 +200,10 @@ impl TotalOrder for Dual<'_> {
         self.basins.break_tie(self.mesh, a, b)
     }
 
-    fn break_link_tie(&self, a: u32, b: u32) -> Ordering {
-        self.mesh.ordered_ends(a).cmp(&self.mesh.ordered_ends(b))
+    fn break_link_tie(&self, edge: u32) -> [u32; 2] {
+        let places = self.places.get_or_init(|| self.mesh.places_by_position());
+        let [a, b] = self.mesh.edges()[edge as usize].ends.map(|site| places[site as usize]);
+        [a.min(b), a.max(b)]
     }
 
     fn is_open(&self, _: u32) -> bool {
