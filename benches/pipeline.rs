@@ -141,9 +141,8 @@ fn pass(c: &mut Criterion) {
 
 /// Everything after the triangulation.
 fn skeleton(cloud: &Cloud, mesh: &Mesh) -> Skeleton {
-    let filtration = Filtration::new(mesh);
-    let basins = Basins::new(mesh, &filtration);
-    Skeleton::new(cloud, mesh, filtration, &basins)
+    let basins = Basins::new(mesh, Filtration::new(mesh));
+    Skeleton::new(cloud, mesh, &basins)
 }
 
 fn frame(c: &mut Criterion) {

@@ -53,9 +53,8 @@ impl Stages {
     fn assert_right(&self) {
         let mesh = self.delaunay.mesh();
         assert_delaunay(&mesh, &self.positions());
-        let filtration = Filtration::new(&mesh);
-        let basins = Basins::new(&mesh, &filtration);
-        let skeleton = Skeleton::new(&self.cloud, &mesh, filtration, &basins);
+        let basins = Basins::new(&mesh, Filtration::new(&mesh));
+        let skeleton = Skeleton::new(&self.cloud, &mesh, &basins);
         ByPosition::of(&skeleton).assert_same(&ByPosition::of(&skeleton_of(&self.positions())));
     }
 }

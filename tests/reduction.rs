@@ -130,8 +130,6 @@ struct Order<'a> {
 }
 
 impl TotalOrder for Order<'_> {
-    type LinkTie = u32;
-
     fn weight(&self, node: u32) -> f64 {
         self.graph.weights[node as usize]
     }
@@ -140,8 +138,8 @@ impl TotalOrder for Order<'_> {
         self.graph.node_ranks[a as usize].cmp(&self.graph.node_ranks[b as usize])
     }
 
-    fn break_link_tie(&self, edge: u32) -> u32 {
-        self.graph.link_ranks[edge as usize]
+    fn break_link_tie(&self, edge: u32) -> u64 {
+        self.graph.link_ranks[edge as usize].into()
     }
 
     fn is_open(&self, node: u32) -> bool {

@@ -7,10 +7,10 @@
 
 use std::cmp::Ordering;
 
-use super::filtration::Filtration;
-use super::geometry::{acuteness, are_cocircular, circumradius_squared, orientation};
-use super::mesh::{Mesh, OUTER_FACE};
-use super::position::Position;
+use super::filtration::{Filtration, Maximum, Suspect};
+use super::geometry::{are_cocircular, circumradius_squared, is_obtuse, orientation};
+use super::mesh::Mesh;
+use super::reduction::Link;
 
 /// The basin that everything outside flows to.
 pub const OUTER_BASIN: u32 = 0;
@@ -18,33 +18,29 @@ pub const OUTER_BASIN: u32 = 0;
 /// The basins of a filtration.
 #[derive(Clone, Debug)]
 pub struct Basins {
-    /// Of each basin: circumradius at its maximum, squared; +infinity for the outer basin.
-    weights: Vec<f64>,
-    /// Of each basin: the sites of the triangle that holds its own circumcentre, by position (all 0 for the outer basin).
-    triangles: Vec<[u32; 3]>,
+    /// Of each basin: where its flows end.
+    maxima: Vec<Maximum>,
     /// Of each face: the basin that it flows to.
     of_face: Vec<u32>,
+    /// The Gabriel edges as links between basins.
+    links: Vec<Link>,
 }
 
 const UNKNOWN: u32 = u32::MAX;
 
 impl Basins {
     /// Follows the flow of every face to its end.
-    pub fn new(mesh: &Mesh, filtration: &Filtration) -> Self {
-        let maxima = filtration.maxima();
-        let mut result = Self {
-            weights: std::iter::once(f64::INFINITY)
-                .chain(maxima.iter().map(|maximum| maximum.radius_squared))
-                .collect(),
-            triangles: std::iter::once([0; 3]).chain(maxima.iter().map(|maximum| maximum.triangle)).collect(),
-            of_face: vec![UNKNOWN; mesh.face_count()],
-        };
-        result.of_face[OUTER_FACE as usize] = OUTER_BASIN;
-        for (index, maximum) in maxima.iter().enumerate() {
-            result.of_face[maximum.face as usize] = index as u32 + 1;
+    pub fn new(mesh: &Mesh, filtration: Filtration) -> Self {
+        let Filtration { flow, maxima, gabriel: links, suspects } = filtration;
+        let mut result = Self { maxima, of_face: vec![UNKNOWN; flow.len()], links };
+        for (maximum, basin) in result.maxima.iter().zip(0..) {
+            result.of_face[maximum.face as usize] = basin;
         }
-        result.follow(filtration.flow());
-        result.settle_cocircular(mesh, filtration);
+        result.follow(&flow);
+        result.settle_cocircular(mesh, &flow, suspects);
+        for link in &mut result.links {
+            link.ends = link.ends.map(|face| result.of_face[face as usize]);
+        }
         result
     }
 
@@ -66,48 +62,60 @@ impl Basins {
 
     /// Names the maxima of faces with more than three sites on their circle, of which a mesh shows only one of several
     /// triangulations, by a triangle that does not depend on it.
-    fn settle_cocircular(&mut self, mesh: &Mesh, filtration: &Filtration) {
-        let flow = filtration.flow();
-        // (into, from), so that the tributaries of a face lie side by side.
-        let mut tributaries: Vec<(u32, u32)> = (filtration.suspects().iter())
-            .filter(|suspect| suspect.certain || on_one_circle(mesh, suspect.face, flow[suspect.face as usize]))
-            .map(|suspect| (flow[suspect.face as usize], suspect.face))
+    fn settle_cocircular(&mut self, mesh: &Mesh, flow: &[u32], mut suspects: Vec<Suspect>) {
+        suspects.retain(|suspect| suspect.certain || is_on_circle(mesh, suspect.far, flow[suspect.face as usize]));
+        let mut is_on_next_circle = vec![false; if suspects.is_empty() { 0 } else { flow.len() }];
+        for suspect in &suspects {
+            is_on_next_circle[suspect.face as usize] = true;
+        }
+        // Each triangle of a cocircular face that is not its maximum brings one more corner.
+        let mut corners: Vec<(u32, u32)> = (suspects.iter())
+            .filter_map(|suspect| {
+                let mut face = flow[suspect.face as usize];
+                while is_on_next_circle[face as usize] {
+                    face = flow[face as usize];
+                }
+                (flow[face as usize] == face).then(|| (self.of_face[face as usize], suspect.far))
+            })
             .collect();
-        tributaries.sort_unstable();
+        radsort::sort_by_key(&mut corners, |&(basin, _)| basin);
         let mut sites = Vec::new();
-        for group in tributaries.chunk_by(|a, b| a.0 == b.0) {
-            let maximum = group[0].0;
-            if filtration.is_maximum(maximum) {
-                collect_sites(mesh, &tributaries, maximum, &mut sites);
-                let triangle = central_triangle(mesh, &mut sites);
-                let basin = self.of_face[maximum as usize] as usize;
-                self.weights[basin] = circumradius_squared(triangle.map(|site| mesh.position(site)));
-                self.triangles[basin] = triangle;
-            }
+        for group in corners.chunk_by(|a, b| a.0 == b.0) {
+            let maximum = &mut self.maxima[group[0].0 as usize];
+            sites.clear();
+            sites.extend(maximum.triangle);
+            sites.extend(group.iter().map(|&(_, far)| far));
+            maximum.triangle = central_triangle(mesh, &mut sites);
+            maximum.radius_squared = circumradius_squared(maximum.triangle.map(|site| mesh.position(site)));
         }
     }
 
     /// Number of basins, that of the outer face among them.
     pub fn count(&self) -> usize {
-        self.weights.len()
+        self.maxima.len()
     }
 
     /// Circumradius at a basin's maximum, squared; +infinity for the outer basin.
     #[inline]
     pub fn weight(&self, basin: u32) -> f64 {
-        self.weights[basin as usize]
+        self.maxima[basin as usize].radius_squared
     }
 
     /// The sites of the triangle that names a basin, by position; not for the outer basin.
     #[inline]
     pub fn triangle(&self, basin: u32) -> [u32; 3] {
-        self.triangles[basin as usize]
+        self.maxima[basin as usize].triangle
     }
 
     /// The basin that a face flows to.
     #[inline]
     pub fn of_face(&self, face: u32) -> u32 {
         self.of_face[face as usize]
+    }
+
+    /// The Gabriel edges, in order, as links between basins; their scales are squared.
+    pub fn links(&self) -> &[Link] {
+        &self.links
     }
 
     /// The elder rule's order of basins of equal weight: by their triangles' corners.
@@ -117,27 +125,10 @@ impl Basins {
     }
 }
 
-/// Exact: whether two neighbouring triangles have one circumcircle.
-fn on_one_circle(mesh: &Mesh, from: u32, into: u32) -> bool {
-    let corners = mesh.corners(into);
-    let Some(far) = mesh.corners(from).into_iter().find(|site| !corners.contains(site)) else { return false };
-    let [a, b, c] = corners.map(|site| mesh.position(site));
-    are_cocircular(a, b, c, mesh.position(far))
-}
-
-/// All sites of the cocircular face around `maximum`.
-fn collect_sites(mesh: &Mesh, tributaries: &[(u32, u32)], maximum: u32, sites: &mut Vec<u32>) {
-    sites.clear();
-    sites.extend(mesh.corners(maximum));
-    let mut pending = vec![maximum];
-    while let Some(face) = pending.pop() {
-        let first = tributaries.partition_point(|&(into, _)| into < face);
-        for &(_, from) in tributaries[first..].iter().take_while(|&&(into, _)| into == face) {
-            // Faces around a circle form a tree, so each brings one site more.
-            sites.extend(mesh.corners(from).into_iter().filter(|site| !mesh.corners(face).contains(site)));
-            pending.push(from);
-        }
-    }
+/// Exact: whether a site lies on the circle through a triangle's corners.
+fn is_on_circle(mesh: &Mesh, site: u32, face: u32) -> bool {
+    let [a, b, c] = mesh.corners(face).map(|site| mesh.position(site));
+    are_cocircular(a, b, c, mesh.position(site))
 }
 
 /// Of the fan of triangles around the smallest of the sites on a circle: the one that holds the centre (the later one by
@@ -153,8 +144,4 @@ fn central_triangle(mesh: &Mesh, sites: &mut [u32]) -> [u32; 3] {
     fan.filter(|triangle| !is_obtuse(triangle.map(at)))
         .max_by_key(|triangle| triangle.map(at))
         .expect("a maximum holds the centre of its circle, and a fan leaves no gap")
-}
-
-fn is_obtuse([a, b, c]: [Position; 3]) -> bool {
-    [(a, b, c), (b, c, a), (c, a, b)].into_iter().any(|(p, apex, q)| acuteness(p, apex, q) == Ordering::Less)
 }

@@ -12,20 +12,19 @@
 use std::cmp::Ordering;
 
 use super::geometry::{
-    Circle, Cocircular, acuteness, circumcircle, circumradius_squared, half_length_squared, quick_acuteness,
-    quick_cocircular,
+    Cocircular, acuteness, circumradius_squared, half_length_squared, quick_acuteness, quick_cocircular,
 };
 use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
 use super::reduction::Link;
 
-/// A triangle that holds its own circumcentre: a local maximum of the filtration.
+/// A triangle that holds its own circumcentre: a local maximum of the filtration. So is the outer face.
 #[derive(Clone, Copy, Debug)]
 pub struct Maximum {
     /// The face.
     pub face: u32,
-    /// Its corners, by position.
+    /// Its corners, by position (all 0 for the outer face).
     pub triangle: [u32; 3],
-    /// Its circumradius, squared.
+    /// Its circumradius, squared; +infinity for the outer face.
     pub radius_squared: f64,
 }
 
@@ -34,6 +33,8 @@ pub struct Maximum {
 pub struct Suspect {
     /// The triangle.
     pub face: u32,
+    /// Its corner that is not one of the other triangle's.
+    pub far: u32,
     /// Whether it does for sure.
     pub certain: bool,
 }
@@ -41,10 +42,14 @@ pub struct Suspect {
 /// The alpha filtration of a mesh, as far as it is worth storing.
 #[derive(Clone, Debug)]
 pub struct Filtration {
-    flow: Vec<u32>,
-    gabriel: Vec<Link>,
-    maxima: Vec<Maximum>,
-    suspects: Vec<Suspect>,
+    /// Of each face: the face across its attached edge, or itself at a local maximum.
+    pub flow: Vec<u32>,
+    /// The Gabriel edges, in order, as links between the faces beside them; their scales are squared.
+    pub gabriel: Vec<Link>,
+    /// The local maxima, the outer face first.
+    pub maxima: Vec<Maximum>,
+    /// Triangles that may lie on one circle with the triangle that they flow to; all others surely do not.
+    pub suspects: Vec<Suspect>,
 }
 
 /// How many edges are looked at together.
@@ -69,9 +74,11 @@ impl Filtration {
         let mut filtration = Self {
             flow: (0..mesh.face_count() as u32).collect(),
             gabriel: Vec::with_capacity(count / 4 * 3),
-            maxima: Vec::with_capacity(mesh.face_count() / 2),
+            maxima: Vec::with_capacity(mesh.face_count() / 2 + 1),
             suspects: Vec::new(),
         };
+        let outer = Maximum { face: OUTER_FACE, triangle: [0; 3], radius_squared: f64::INFINITY };
+        filtration.maxima.push(outer);
         let mut sides = [[Side::default(); 2]; BLOCK];
         for (number, block) in mesh.edges().chunks(BLOCK).enumerate() {
             let first = (number * BLOCK) as u32;
@@ -113,68 +120,18 @@ impl Filtration {
             return;
         }
         let [a, b] = edge.ends.map(|site| mesh.position(site));
+        let far = sides[usize::from(!from_left)].opposite;
         let [p, q] = [0, 1].map(|side| mesh.position(sides[side].opposite));
         match if right_angles { Cocircular::Yes } else { quick_cocircular(a, b, p, q) } {
             Cocircular::No => {}
-            look => self.suspects.push(Suspect { face: from, certain: look == Cocircular::Yes }),
+            look => self.suspects.push(Suspect { face: from, far, certain: look == Cocircular::Yes }),
         }
     }
 
-    /// Of each face: the face across its attached edge, or itself at a local maximum (and for the outer face).
-    pub fn flow(&self) -> &[u32] {
-        &self.flow
-    }
-
-    /// The Gabriel edges, in order, as links between the faces beside them; their scales are squared.
-    pub fn gabriel(&self) -> &[Link] {
-        &self.gabriel
-    }
-
-    /// The same, given away.
-    pub fn into_gabriel(self) -> Vec<Link> {
-        self.gabriel
-    }
-
-    /// The local maxima, but for the outer face.
-    pub fn maxima(&self) -> &[Maximum] {
-        &self.maxima
-    }
-
-    /// Triangles that may lie on one circle with the triangle that they flow to; all others surely do not.
-    pub fn suspects(&self) -> &[Suspect] {
-        &self.suspects
-    }
-
-    /// Whether a face is a local maximum of the filtration: it holds its own circumcentre, or is the outer face.
+    /// Whether a face is a local maximum of the filtration: no angle of its own made it flow.
     #[inline]
-    pub fn is_maximum(&self, face: u32) -> bool {
+    fn is_maximum(&self, face: u32) -> bool {
         self.flow[face as usize] == face
-    }
-
-    /// Circumcircle of a triangle.
-    pub fn circumcircle(&self, mesh: &Mesh, face: u32) -> Circle {
-        circumcircle(mesh.corners(face).map(|site| mesh.position(site)))
-    }
-
-    /// The scale (a radius) at which a face enters: its circumradius; +infinity for the outer face.
-    pub fn face_scale(&self, mesh: &Mesh, face: u32) -> f64 {
-        match face {
-            OUTER_FACE => f64::INFINITY,
-            _ => self.circumcircle(mesh, face).radius(),
-        }
-    }
-
-    /// The scale (a radius) at which an edge enters.
-    pub fn edge_scale(&self, mesh: &Mesh, edge: u32) -> f64 {
-        let at = &mesh.edges()[edge as usize];
-        let beside = at.faces.map(|face| self.face_scale(mesh, face)).into_iter().fold(f64::INFINITY, f64::min);
-        let [a, b] = at.ends.map(|site| mesh.position(site));
-        if self.is_gabriel(edge) { half_length_squared(a, b).sqrt().min(beside) } else { beside }
-    }
-
-    /// Whether no site lies in the closed disc that has the edge as its diameter.
-    pub fn is_gabriel(&self, edge: u32) -> bool {
-        self.gabriel.binary_search_by_key(&edge, |link| link.edge).is_ok()
     }
 }
 

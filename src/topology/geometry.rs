@@ -54,6 +54,11 @@ pub fn acuteness(a: Position, apex: Position, b: Position) -> Ordering {
     quick_acuteness(a, apex, b).unwrap_or_else(|| sign(exact_dot(a, apex, b)))
 }
 
+/// Exact: whether a triangle has an angle of more than a right one.
+pub fn is_obtuse([a, b, c]: [Position; 3]) -> bool {
+    [(a, b, c), (b, c, a), (c, a, b)].into_iter().any(|(p, apex, q)| acuteness(p, apex, q) == Ordering::Less)
+}
+
 /// The same where rounding cannot have decided it; none where it may have.
 #[inline]
 pub fn quick_acuteness(a: Position, apex: Position, b: Position) -> Option<Ordering> {
@@ -187,6 +192,11 @@ fn coord(p: Position) -> robust::Coord<f64> {
 fn exact_dot(a: Position, apex: Position, b: Position) -> f64 {
     let [ax, ay] = [two_diff(a.x(), apex.x()), two_diff(a.y(), apex.y())];
     let [bx, by] = [two_diff(b.x(), apex.x()), two_diff(b.y(), apex.y())];
+    // Pixels end here: products of such differences are exact, and then the sign of their rounded sum is.
+    let is_short = |difference: [f64; 2]| difference[1] == 0.0 && f64::from(difference[0] as f32) == difference[0];
+    if [ax, ay, bx, by].into_iter().all(is_short) {
+        return ax[0] * bx[0] + ay[0] * by[0];
+    }
     exact_product_sum([ax, bx], [ay, by])
 }
 

@@ -296,9 +296,8 @@ mod tests {
             let mut delaunay = Delaunay::default();
             delaunay.apply(&cloud, &change);
             let mesh = delaunay.mesh();
-            let filtration = Filtration::new(&mesh);
-            let basins = Basins::new(&mesh, &filtration);
-            let skeleton = Skeleton::new(&cloud, &mesh, filtration, &basins);
+            let basins = Basins::new(&mesh, Filtration::new(&mesh));
+            let skeleton = Skeleton::new(&cloud, &mesh, &basins);
             let mut rank = vec![u32::MAX; cloud.slot_count()];
             for (place, (slot, _)) in cloud.vertices().enumerate() {
                 rank[slot as usize] = place as u32;

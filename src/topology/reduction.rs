@@ -9,7 +9,7 @@
 
 use std::cmp::Ordering;
 
-use super::sorting::{in_order, ordinal};
+use super::sorting::{in_order, in_order_by, ordinal};
 
 /// A link of the dual graph: an edge of the triangulation between two faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,14 +24,12 @@ pub struct Link {
 
 /// The total order, but for the links' scales.
 pub trait TotalOrder {
-    /// What decides between links of equal scale.
-    type LinkTie: Ord;
     /// A node's weight: the elder of two nodes has the larger one.
     fn weight(&self, node: u32) -> f64;
     /// Compares two nodes of equal weight; `Greater` when `a` is the elder. Never `Equal` for different ones.
     fn break_node_tie(&self, a: u32, b: u32) -> Ordering;
     /// A link's place among those of equal scale; never the same for different ones.
-    fn break_link_tie(&self, edge: u32) -> Self::LinkTie;
+    fn break_link_tie(&self, edge: u32) -> u64;
     /// Whether a node has links that are not handed in.
     fn is_open(&self, node: u32) -> bool;
 }
@@ -83,17 +81,16 @@ pub fn reduce(order: &impl TotalOrder, node_count: usize, links: &[Link]) -> Red
 }
 
 /// Places of links, in decreasing order.
-fn decreasing<O: TotalOrder>(order: &O, links: &[Link]) -> Vec<u32> {
+fn decreasing(order: &impl TotalOrder, links: &[Link]) -> Vec<u32> {
     let scale = |place: u32| links[place as usize].scale;
-    let mut ties: Vec<(O::LinkTie, u32)> = Vec::new();
     in_order(links.iter().map(|link| !ordinal(link.scale)), |run| {
         run.sort_unstable_by(|&a, &b| scale(b).total_cmp(&scale(a)));
         for tied in run.chunk_by_mut(|&a, &b| scale(a) == scale(b)).filter(|tied| tied.len() > 1) {
             // What decides is looked up once a link: on a lattice all links are of two or three scales.
-            ties.clear();
-            ties.extend(tied.iter().map(|&place| (order.break_link_tie(links[place as usize].edge), place)));
-            ties.sort_unstable();
-            tied.iter_mut().rev().zip(&ties).for_each(|(place, tie)| *place = tie.1);
+            let ties: Vec<u64> = tied.iter().map(|&place| !order.break_link_tie(links[place as usize].edge)).collect();
+            let sorted = in_order_by(ties.iter().copied(), |a, b| ties[a as usize].cmp(&ties[b as usize]));
+            let places: Vec<u32> = sorted.into_iter().map(|tie| tied[tie as usize]).collect();
+            tied.copy_from_slice(&places);
         }
     })
 }

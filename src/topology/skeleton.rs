@@ -13,7 +13,6 @@ use std::cmp::Ordering;
 
 use super::basins::Basins;
 use super::cloud::{Cloud, Vertex};
-use super::filtration::Filtration;
 use super::geometry::{circumcircle, distance, half_length_squared};
 use super::mesh::Mesh;
 use super::reduction::{Pair, TotalOrder, reduce};
@@ -65,18 +64,14 @@ pub struct Skeleton {
 
 impl Skeleton {
     /// Computes the skeleton of a cloud's vertices as of its last commit, which are the sites of the mesh.
-    pub fn new(cloud: &Cloud, mesh: &Mesh, filtration: Filtration, basins: &Basins) -> Self {
-        let mut links = filtration.into_gabriel();
-        for link in &mut links {
-            link.ends = link.ends.map(|face| basins.of_face(face));
-        }
-        let reduction = reduce(&Dual::new(mesh, basins), basins.count(), &links);
+    pub fn new(cloud: &Cloud, mesh: &Mesh, basins: &Basins) -> Self {
+        let reduction = reduce(&Dual::new(mesh, basins), basins.count(), basins.links());
         let (vertices, rank) = ranked_vertices(cloud, mesh);
         let edge_of = |edge: u32| {
             let [a, b] = mesh.edges()[edge as usize].ends.map(|site| rank[site as usize]);
             [a.min(b), a.max(b)]
         };
-        let tree = by_ends(reduction.tree.iter().map(|&edge| edge_of(edge)).collect());
+        let tree = by_ends(reduction.tree.iter().map(|&edge| edge_of(edge)).collect(), vertices.len());
         let mut dots = Vec::with_capacity(reduction.pairs.len());
         dots.extend(reduction.pairs.iter().filter_map(|&pair| {
             let (birth, death) = label(basins, pair)?;
@@ -149,8 +144,14 @@ fn label(basins: &Basins, pair: Pair) -> Option<(f64, f64)> {
     (death - birth > DIAGONAL * death).then_some((birth, death))
 }
 
-fn by_ends(edges: Vec<Edge>) -> Vec<Edge> {
-    let keys = edges.iter().map(|&[a, b]| u64::from(a) << 32 | u64::from(b));
+/// The place of an edge among all edges between so many vertices, by the first end, then by the other.
+#[inline]
+fn edge_key([a, b]: Edge, vertex_count: usize) -> u64 {
+    u64::from(a) * vertex_count as u64 + u64::from(b)
+}
+
+fn by_ends(edges: Vec<Edge>, vertex_count: usize) -> Vec<Edge> {
+    let keys = edges.iter().map(|&edge| edge_key(edge, vertex_count));
     let order = in_order_by(keys, |a, b| edges[a as usize].cmp(&edges[b as usize]));
     order.into_iter().map(|place| edges[place as usize]).collect()
 }
@@ -190,8 +191,6 @@ impl<'a> Dual<'a> {
 }
 
 impl TotalOrder for Dual<'_> {
-    type LinkTie = [u32; 2];
-
     fn weight(&self, node: u32) -> f64 {
         self.basins.weight(node)
     }
@@ -200,10 +199,10 @@ impl TotalOrder for Dual<'_> {
         self.basins.break_tie(self.mesh, a, b)
     }
 
-    fn break_link_tie(&self, edge: u32) -> [u32; 2] {
+    fn break_link_tie(&self, edge: u32) -> u64 {
         let places = self.places.get_or_init(|| self.mesh.places_by_position());
         let [a, b] = self.mesh.edges()[edge as usize].ends.map(|site| places[site as usize]);
-        [a.min(b), a.max(b)]
+        edge_key([a.min(b), a.max(b)], places.len())
     }
 
     fn is_open(&self, _: u32) -> bool {
