@@ -114,17 +114,12 @@ fn margin(gaps: &[Gap], rank: NonZeroU32, share: f64) -> Option<f64> {
 }
 
 /// Strips between neighbouring persistences, from the diagonal up.
-fn diagonal_strips(skeleton: &Skeleton) -> Vec<Gap> {
+fn diagonal_strips(skeleton: &Skeleton) -> impl Iterator<Item = Gap> {
     // The diagonal is the lowest line; persistences within the tolerance of 0 lie on it.
     let ascending = std::iter::once(0.0).chain(skeleton.dots().iter().rev().map(Dot::persistence));
     let mut lines = lines(ascending, tolerance(skeleton));
-    let mut gaps = Vec::with_capacity(skeleton.dots().len());
     let mut below = lines.next().map_or(0.0, |(_, high)| high);
-    for (low, high) in lines {
-        gaps.push(Gap { low: below, high: low });
-        below = high;
-    }
-    gaps
+    lines.map(move |(low, high)| Gap { low: std::mem::replace(&mut below, high), high: low })
 }
 
 /// Strips between neighbouring births, and the one right of them all.
@@ -155,8 +150,8 @@ fn lines(values: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Ite
 }
 
 /// The `count` widest gaps (given from low to high), the widest first; of equal widths the lower is the wider.
-fn ranked(mut gaps: Vec<Gap>, count: usize, tolerance: f64) -> Vec<Gap> {
-    keep_widest(&mut gaps, count, tolerance);
+fn ranked(gaps: impl IntoIterator<Item = Gap>, count: usize, tolerance: f64) -> Vec<Gap> {
+    let mut gaps = widest(gaps.into_iter(), count, tolerance);
     gaps.sort_by(|a, b| b.width().total_cmp(&a.width()));
     let mut first = 0;
     while first < gaps.len() {
@@ -170,13 +165,36 @@ fn ranked(mut gaps: Vec<Gap>, count: usize, tolerance: f64) -> Vec<Gap> {
     gaps
 }
 
-/// Drops, in linear time, gaps that cannot be among the `count` widest.
-fn keep_widest(gaps: &mut Vec<Gap>, count: usize, tolerance: f64) {
+/// So many gaps are held before those that are too narrow are dropped.
+const HELD: usize = 1024;
+
+/// Gaps in order, without most of those that cannot be among the `count` widest; in linear time.
+fn widest(gaps: impl Iterator<Item = Gap>, count: usize, tolerance: f64) -> Vec<Gap> {
+    let mut held: Vec<Gap> = Vec::new();
+    let (mut limit, mut full) = (f64::NEG_INFINITY, HELD.max(count.saturating_mul(2)));
+    for gap in gaps {
+        if gap.width() < limit {
+            continue;
+        }
+        held.push(gap);
+        if held.len() >= full {
+            limit = keep_widest(&mut held, count, tolerance);
+            full = held.len().saturating_mul(2).max(full);
+        }
+    }
+    keep_widest(&mut held, count, tolerance);
+    held
+}
+
+/// Drops, in linear time, gaps that cannot be among the `count` widest; gives the width below which none can.
+fn keep_widest(gaps: &mut Vec<Gap>, count: usize, tolerance: f64) -> f64 {
     if count >= gaps.len() {
-        return;
+        return f64::NEG_INFINITY;
     }
     let mut widths: Vec<f64> = gaps.iter().map(Gap::width).collect();
-    let (_, &mut limit, _) = widths.select_nth_unstable_by(count, |a, b| b.total_cmp(a));
+    let (_, &mut last, _) = widths.select_nth_unstable_by(count, |a, b| b.total_cmp(a));
     // Equals of the last one wanted must stay for the tie to be broken; an infinite limit keeps infinite widths.
-    gaps.retain(|gap| gap.width() >= limit - 2.0 * tolerance);
+    let limit = last - 2.0 * tolerance;
+    gaps.retain(|gap| gap.width() >= limit);
+    limit
 }

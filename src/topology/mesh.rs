@@ -7,7 +7,7 @@
 
 use super::cloud::Slot;
 use super::position::Position;
-use super::sorting::{in_order_by, ordinal};
+use super::sorting::{in_order, ordinal};
 
 /// The outer face of every [`Mesh`].
 pub const OUTER_FACE: u32 = 0;
@@ -141,10 +141,10 @@ impl Mesh {
 
     /// Of each site: its place in the order of positions.
     pub fn places_by_position(&self) -> Vec<u32> {
-        let position = |site: u32| self.position(site);
-        let by_x = self.positions.iter().map(|position| ordinal(position.x()));
-        let mut places = vec![0; self.positions.len()];
-        for (site, place) in in_order_by(by_x, |a, b| position(a).cmp(&position(b))).into_iter().zip(0..) {
+        let coordinate = |site: u32, axis: usize| ordinal(self.position(site).xy()[axis]);
+        let order = in_order(self.positions.len(), |site| coordinate(site, 0), |site| coordinate(site, 1));
+        let mut places = vec![0; order.len()];
+        for (site, place) in order.into_iter().zip(0..) {
             places[site as usize] = place;
         }
         places

@@ -3,13 +3,13 @@
 //! In: nodes with weights (some of them open: they have links that this call does not see) and links with scales, under one
 //! total order. Out: a [`Reduction`]. Taking links by DEcreasing scale, a link that joins two components ends the one with
 //! the smaller maximum (the younger); a link inside one component is an edge of the minimum spanning tree. Invariants, for every
-//! link handed in: it is in exactly one of `pairs`, `tree` and `links`; without open nodes `links` is empty; for any cut of a
+//! link handed in: it is in exactly one of `pairs`, `tree` and `left`; without open nodes `left` is empty; for any cut of a
 //! graph into parts, reducing the parts and then the union of what they leave gives the pairs and the tree of the whole.
 //! Must not know: what nodes and links stand for.
 
 use std::cmp::Ordering;
 
-use super::sorting::{in_order, in_order_by, ordinal};
+use super::sorting::{in_order, ordinal};
 
 /// A link of the dual graph: an edge of the triangulation between two faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,15 +45,31 @@ pub struct Pair {
     pub death: u32,
 }
 
-/// What a reduction gives.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Reduction {
-    /// Resolved pairs, in order of their deaths' numbers.
-    pub pairs: Vec<Pair>,
-    /// Edges of the minimum spanning tree, in order of the links handed in.
-    pub tree: Vec<u32>,
+/// What a reduction of some links gives.
+#[derive(Clone, Debug)]
+pub struct Reduction<'a> {
+    links: &'a [Link],
+    nodes: Vec<Node>,
+    fates: Vec<Fate>,
     /// The reduced graph, in the order: merges whose younger side is open, each between the maxima of its two sides.
-    pub links: Vec<Link>,
+    pub left: Vec<Link>,
+}
+
+impl Reduction<'_> {
+    /// Resolved pairs, in order of their deaths' numbers.
+    pub fn pairs(&self) -> impl Iterator<Item = Pair> {
+        let ended = self.nodes.iter().zip(0..).filter(|(node, _)| node.ended_by != NONE);
+        ended.map(|(node, death)| {
+            let link = &self.links[node.ended_by as usize];
+            Pair { scale: link.scale, edge: link.edge, death }
+        })
+    }
+
+    /// Edges of the minimum spanning tree, in order of the links handed in.
+    pub fn tree(&self) -> impl Iterator<Item = u32> {
+        let loops = self.links.iter().zip(&self.fates).filter(|(_, fate)| **fate == Fate::Loop);
+        loops.map(|(link, _)| link.edge)
+    }
 }
 
 /// The name of no link.
@@ -63,9 +79,11 @@ const NONE: u32 = u32::MAX;
 const BLOCK: usize = 32;
 
 /// Reduces a graph of `node_count` nodes.
-pub fn reduce(order: &impl TotalOrder, node_count: usize, links: &[Link]) -> Reduction {
+pub fn reduce<'a>(order: &impl TotalOrder, node_count: usize, links: &'a [Link]) -> Reduction<'a> {
     let mut state = State::new(order, node_count, links.len());
-    for block in decreasing(order, links).chunks(BLOCK) {
+    let descending = |link: u32| !ordinal(links[link as usize].scale);
+    let tie = |link: u32| !order.break_link_tie(links[link as usize].edge);
+    for block in in_order(links.len(), descending, tie).chunks(BLOCK) {
         let mut ends = [[0; 2]; BLOCK];
         for (ends, &link) in ends.iter_mut().zip(block) {
             *ends = links[link as usize].ends;
@@ -77,28 +95,12 @@ pub fn reduce(order: &impl TotalOrder, node_count: usize, links: &[Link]) -> Red
             state.take(link, ends, links);
         }
     }
-    state.finish(links)
-}
-
-/// Places of links, in decreasing order.
-fn decreasing(order: &impl TotalOrder, links: &[Link]) -> Vec<u32> {
-    let scale = |place: u32| links[place as usize].scale;
-    in_order(links.iter().map(|link| !ordinal(link.scale)), |run| {
-        run.sort_unstable_by(|&a, &b| scale(b).total_cmp(&scale(a)));
-        for tied in run.chunk_by_mut(|&a, &b| scale(a) == scale(b)).filter(|tied| tied.len() > 1) {
-            // What decides is looked up once a link: on a lattice all links are of two or three scales.
-            let ties: Vec<u64> = tied.iter().map(|&place| !order.break_link_tie(links[place as usize].edge)).collect();
-            let sorted = in_order_by(ties.iter().copied(), |a, b| ties[a as usize].cmp(&ties[b as usize]));
-            let places: Vec<u32> = sorted.into_iter().map(|tie| tied[tie as usize]).collect();
-            tied.copy_from_slice(&places);
-        }
-    })
+    Reduction { links, nodes: state.nodes, fates: state.fates, left: state.left }
 }
 
 /// A node in the union-find.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Node {
-    weight: f64,
     /// An elder node of its component; itself, if it is the component's maximum.
     elder: u32,
     /// The link that ends it, once it has ended for good.
@@ -106,7 +108,7 @@ struct Node {
 }
 
 /// What has become of a link.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
     Loop,
     Merge,
@@ -126,7 +128,7 @@ struct State<'a, O> {
 impl<'a, O: TotalOrder> State<'a, O> {
     fn new(order: &'a O, node_count: usize, link_count: usize) -> Self {
         let nodes = 0..node_count as u32;
-        let alone = |node| Node { weight: order.weight(node), elder: node, ended_by: NONE };
+        let alone = |elder| Node { elder, ended_by: NONE };
         Self {
             order,
             nodes: nodes.clone().map(alone).collect(),
@@ -151,8 +153,8 @@ impl<'a, O: TotalOrder> State<'a, O> {
 
     #[inline]
     fn is_younger(&self, a: u32, b: u32) -> bool {
-        let [by_weight, other] = [a, b].map(|node| self.nodes[node as usize].weight);
-        by_weight < other || by_weight == other && self.order.break_node_tie(a, b) == Ordering::Less
+        let [weight, other] = [a, b].map(|node| self.order.weight(node));
+        weight < other || weight == other && self.order.break_node_tie(a, b) == Ordering::Less
     }
 
     /// One link, `links[link]`, between the components of two nodes: the elder rule.
@@ -171,18 +173,5 @@ impl<'a, O: TotalOrder> State<'a, O> {
             self.nodes[younger as usize].ended_by = link;
         }
         self.nodes[younger as usize].elder = elder;
-    }
-
-    fn finish(self, links: &[Link]) -> Reduction {
-        let ended = self.nodes.iter().zip(0..).filter(|(node, _)| node.ended_by != NONE);
-        let pair = |(node, death): (&Node, u32)| {
-            let link = &links[node.ended_by as usize];
-            Pair { scale: link.scale, edge: link.edge, death }
-        };
-        let mut pairs = Vec::with_capacity(self.nodes.len());
-        pairs.extend(ended.map(pair));
-        let mut tree = Vec::with_capacity(links.len() - pairs.len() - self.left.len());
-        tree.extend(links.iter().zip(&self.fates).filter(|(_, fate)| **fate == Fate::Loop).map(|(link, _)| link.edge));
-        Reduction { pairs, tree, links: self.left }
     }
 }

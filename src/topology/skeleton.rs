@@ -16,7 +16,7 @@ use super::cloud::{Cloud, Vertex};
 use super::geometry::{circumcircle, distance, half_length_squared};
 use super::mesh::Mesh;
 use super::reduction::{Pair, TotalOrder, reduce};
-use super::sorting::{in_order_by, ordinal};
+use super::sorting::{in_order, ordinal, sort_by_key};
 
 /// A dot whose persistence is at most this share of its death is rounding, not topology.
 pub const DIAGONAL: f64 = 1e-12;
@@ -71,14 +71,18 @@ impl Skeleton {
             let [a, b] = mesh.edges()[edge as usize].ends.map(|site| rank[site as usize]);
             [a.min(b), a.max(b)]
         };
-        let tree = by_ends(reduction.tree.iter().map(|&edge| edge_of(edge)).collect(), vertices.len());
-        let mut dots = Vec::with_capacity(reduction.pairs.len());
-        dots.extend(reduction.pairs.iter().filter_map(|&pair| {
+        let mut tree = Vec::with_capacity(vertices.len());
+        tree.extend(reduction.tree().map(edge_of));
+        sort_by_key(&mut tree, |&edge| edge_key(edge, vertices.len()));
+        let vertex_count = vertices.len();
+        let mut dots = Vec::with_capacity(basins.count());
+        dots.extend(reduction.pairs().filter_map(|pair| {
             let (birth, death) = label(basins, pair)?;
             let triangle = basins.triangle(pair.death).map(|site| rank[site as usize]);
             Some(Dot { birth, death, edge: edge_of(pair.edge), triangle })
         }));
-        Self { vertices, tree, dots: by_persistence(&dots) }
+        drop(reduction);
+        Self { vertices, tree, dots: by_persistence(&dots, vertex_count) }
     }
 
     /// The vertices of the cloud, by id.
@@ -150,19 +154,10 @@ fn edge_key([a, b]: Edge, vertex_count: usize) -> u64 {
     u64::from(a) * vertex_count as u64 + u64::from(b)
 }
 
-fn by_ends(edges: Vec<Edge>, vertex_count: usize) -> Vec<Edge> {
-    let keys = edges.iter().map(|&edge| edge_key(edge, vertex_count));
-    let order = in_order_by(keys, |a, b| edges[a as usize].cmp(&edges[b as usize]));
-    order.into_iter().map(|place| edges[place as usize]).collect()
-}
-
-fn by_persistence(dots: &[Dot]) -> Vec<Dot> {
-    let dot = |place: u32| &dots[place as usize];
-    let order = in_order_by(dots.iter().map(|dot| !ordinal(dot.persistence())), |a, b| {
-        let (a, b) = (dot(a), dot(b));
-        b.persistence().total_cmp(&a.persistence()).then_with(|| a.edge.cmp(&b.edge))
-    });
-    order.into_iter().map(|place| *dot(place)).collect()
+fn by_persistence(dots: &[Dot], vertex_count: usize) -> Vec<Dot> {
+    let descending = |place: u32| !ordinal(dots[place as usize].persistence());
+    let order = in_order(dots.len(), descending, |place| edge_key(dots[place as usize].edge, vertex_count));
+    order.into_iter().map(|place| dots[place as usize]).collect()
 }
 
 /// A sum whose error does not grow with the number of terms (Neumaier).

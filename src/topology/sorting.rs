@@ -1,10 +1,7 @@
 //! Sorting by numbers, where most of them differ.
 //!
-//! In: a key for each of some items, and how items with nearly equal keys compare. Out: the items' places, in order. Invariants: the
-//! result is the one that the exact comparison has, whatever the keys' spread; the comparison must agree with the keys and must not call
-//! two items equal. Must not know: what the items are.
-
-use std::cmp::Ordering;
+//! In: keys for each of some items. Out: the items' places, in order. Invariants: the result is what a comparison sort by the whole
+//! keys gives, whatever their spread. Must not know: what the items are.
 
 /// Below so many keys a comparison sort is at once as good as the passes of a radix sort.
 const FEW: usize = 256;
@@ -17,10 +14,34 @@ pub fn ordinal(value: f64) -> u64 {
     if bits >> 63 == 0 { bits | 1 << 63 } else { !bits }
 }
 
-/// Places of items in increasing order of their keys; `settle` sorts the runs of items whose keys are too near to each other, or equal.
+/// Places of items in increasing order of their first keys, of their second ones where the first are equal.
 ///
-/// Keys are sorted by the 32 most telling bits of their range, in linear time; what these do not tell apart is settled.
-pub fn in_order(keys: impl Iterator<Item = u64> + Clone, mut settle: impl FnMut(&mut [u32])) -> Vec<u32> {
+/// Takes linear time, but for keys that differ in less than 2^-32 of their range.
+pub fn in_order(count: usize, first: impl Fn(u32) -> u64, second: impl Fn(u32) -> u64) -> Vec<u32> {
+    nearly_in_order((0..count as u32).map(&first), |run| {
+        run.sort_unstable_by_key(|&place| first(place));
+        for tied in run.chunk_by_mut(|&a, &b| first(a) == first(b)).filter(|tied| tied.len() > 1) {
+            // Second keys are looked up once an item: on a lattice all edges are of two or three lengths.
+            let keys: Vec<u64> = tied.iter().map(|&place| second(place)).collect();
+            let order =
+                nearly_in_order(keys.iter().copied(), |run| run.sort_unstable_by_key(|&tie| keys[tie as usize]));
+            let places: Vec<u32> = order.into_iter().map(|tie| tied[tie as usize]).collect();
+            tied.copy_from_slice(&places);
+        }
+    })
+}
+
+/// Sorts items whose keys all differ.
+pub fn sort_by_key<T: Copy>(items: &mut [T], key: impl Fn(&T) -> u64) {
+    if items.len() < FEW {
+        items.sort_unstable_by_key(key);
+    } else {
+        radsort::sort_by_key(items, key);
+    }
+}
+
+/// Places of items in increasing order of the 32 most telling bits of their keys; `settle` sorts runs that these do not tell apart.
+fn nearly_in_order(keys: impl Iterator<Item = u64> + Clone, mut settle: impl FnMut(&mut [u32])) -> Vec<u32> {
     let (low, high) = keys.clone().fold((u64::MAX, 0), |(low, high), key| (low.min(key), high.max(key)));
     let shift = 32 - high.saturating_sub(low).leading_zeros().min(32);
     let mut keyed: Vec<(u32, u32)> = keys.zip(0..).map(|(key, place)| (((key - low) >> shift) as u32, place)).collect();
@@ -38,11 +59,6 @@ pub fn in_order(keys: impl Iterator<Item = u64> + Clone, mut settle: impl FnMut(
         start += run.len();
     }
     places
-}
-
-/// The same, with runs settled by a comparison.
-pub fn in_order_by(keys: impl Iterator<Item = u64> + Clone, mut compare: impl FnMut(u32, u32) -> Ordering) -> Vec<u32> {
-    in_order(keys, |run| run.sort_unstable_by(|&a, &b| compare(a, b)))
 }
 
 #[cfg(test)]
@@ -66,11 +82,23 @@ mod tests {
 
     proptest! {
         #[test]
-        fn places_are_in_order(keys in keys()) {
-            let compare = |a: u32, b: u32| (keys[a as usize], a).cmp(&(keys[b as usize], b));
-            let places = in_order_by(keys.iter().copied(), compare);
-            prop_assert_eq!(places.len(), keys.len());
-            prop_assert!(places.windows(2).all(|pair| compare(pair[0], pair[1]).is_lt()));
+        fn places_are_in_order(first in keys(), second in keys()) {
+            let key = |place: u32| (first[place as usize], second.get(place as usize % 7).copied(), place);
+            let second = |place: u32| key(place).1.map_or(0, |key| key / 8 * 8) + u64::from(place % 8);
+            let key = |place: u32| (key(place).0, second(place));
+            let places = in_order(first.len(), |place| key(place).0, second);
+            let mut seen = places.clone();
+            seen.sort_unstable();
+            prop_assert!(seen.into_iter().eq(0..first.len() as u32));
+            prop_assert!(places.windows(2).all(|pair| key(pair[0]) <= key(pair[1])));
+        }
+
+        #[test]
+        fn items_are_in_order(mut items in keys()) {
+            let mut want = items.clone();
+            want.sort_unstable();
+            sort_by_key(&mut items, |&item| item);
+            prop_assert_eq!(items, want);
         }
     }
 }
