@@ -93,8 +93,8 @@ fn stages(points: &[[f64; 2]]) -> ([f64; 7], Skeleton) {
     let (delaunay_seconds, _) = timed(|| delaunay.apply(&cloud, &change));
     let (mesh_seconds, mesh) = timed(|| delaunay.mesh());
     let (filtration_seconds, filtration) = timed(|| Filtration::new(&mesh));
-    let (basins_seconds, basins) = timed(|| Basins::new(&mesh, filtration));
-    let (skeleton_seconds, skeleton) = timed(|| Skeleton::new(&cloud, &mesh, &basins));
+    let (basins_seconds, (basins, links)) = timed(|| Basins::contract(&mesh, filtration));
+    let (skeleton_seconds, skeleton) = timed(|| Skeleton::new(&cloud, &mesh, &basins, links));
     let (view_seconds, _) = timed(|| hopes::topology::View::new(&skeleton, ViewSpec::default()));
     let seconds = [
         cloud_seconds,

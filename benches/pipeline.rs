@@ -141,8 +141,8 @@ fn pass(c: &mut Criterion) {
 
 /// Everything after the triangulation.
 fn skeleton(cloud: &Cloud, mesh: &Mesh) -> Skeleton {
-    let basins = Basins::new(mesh, Filtration::new(mesh));
-    Skeleton::new(cloud, mesh, &basins)
+    let (basins, links) = Basins::contract(mesh, Filtration::new(mesh));
+    Skeleton::new(cloud, mesh, &basins, links)
 }
 
 fn frame(c: &mut Criterion) {

@@ -53,8 +53,8 @@ impl Stages {
     fn assert_right(&self) {
         let mesh = self.delaunay.mesh();
         assert_delaunay(&mesh, &self.positions());
-        let basins = Basins::new(&mesh, Filtration::new(&mesh));
-        let skeleton = Skeleton::new(&self.cloud, &mesh, &basins);
+        let (basins, links) = Basins::contract(&mesh, Filtration::new(&mesh));
+        let skeleton = Skeleton::new(&self.cloud, &mesh, &basins, links);
         ByPosition::of(&skeleton).assert_same(&ByPosition::of(&skeleton_of(&self.positions())));
     }
 }

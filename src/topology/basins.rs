@@ -22,26 +22,25 @@ pub struct Basins {
     maxima: Vec<Maximum>,
     /// Of each face: the basin that it flows to.
     of_face: Vec<u32>,
-    /// The Gabriel edges as links between basins.
-    links: Vec<Link>,
 }
 
 const UNKNOWN: u32 = u32::MAX;
 
 impl Basins {
-    /// Follows the flow of every face to its end.
-    pub fn new(mesh: &Mesh, filtration: Filtration) -> Self {
-        let Filtration { flow, maxima, gabriel: links, suspects } = filtration;
-        let mut result = Self { maxima, of_face: vec![UNKNOWN; flow.len()], links };
-        for (maximum, basin) in result.maxima.iter().zip(0..) {
-            result.of_face[maximum.face as usize] = basin;
+    /// Follows the flow of every face to its end. Gives the basins, and the Gabriel edges, in order, as links between them; the links'
+    /// scales are squared.
+    pub fn contract(mesh: &Mesh, filtration: Filtration) -> (Self, Vec<Link>) {
+        let Filtration { flow, maxima, gabriel: mut links, suspects } = filtration;
+        let mut basins = Self { maxima, of_face: vec![UNKNOWN; flow.len()] };
+        for (maximum, basin) in basins.maxima.iter().zip(0..) {
+            basins.of_face[maximum.face as usize] = basin;
         }
-        result.follow(&flow);
-        result.settle_cocircular(mesh, &flow, suspects);
-        for link in &mut result.links {
-            link.ends = link.ends.map(|face| result.of_face[face as usize]);
+        basins.follow(&flow);
+        basins.settle_cocircular(mesh, &flow, suspects);
+        for link in &mut links {
+            link.ends = link.ends.map(|face| basins.of_face(face));
         }
-        result
+        (basins, links)
     }
 
     /// Gives every face the basin at the end of its flow.
@@ -111,11 +110,6 @@ impl Basins {
     #[inline]
     pub fn of_face(&self, face: u32) -> u32 {
         self.of_face[face as usize]
-    }
-
-    /// The Gabriel edges, in order, as links between basins; their scales are squared.
-    pub fn links(&self) -> &[Link] {
-        &self.links
     }
 
     /// The elder rule's order of basins of equal weight: by their triangles' corners.

@@ -113,8 +113,8 @@ pub struct Cloud {
     vanished: Vec<Slot>,
     /// Slots emptied in the last change taken.
     emptied: Vec<Slot>,
-    /// Slots in order of id, vanished ones too until a sweep.
-    order: Vec<(VertexId, Slot)>,
+    /// Slots in order of id, vanished ones too until a sweep. None while no slot was reused: they are in that order then.
+    order: Option<Vec<(VertexId, Slot)>>,
     /// Vertices in use, those of the frame in hand among them.
     used: usize,
     /// Vertices as of the last commit.
@@ -139,7 +139,7 @@ impl Cloud {
             fresh: Vec::new(),
             vanished: Vec::new(),
             emptied: Vec::new(),
-            order: Vec::new(),
+            order: None,
             used: 0,
             committed: 0,
             points: 0,
@@ -152,7 +152,6 @@ impl Cloud {
     /// Makes room for so many more points at once.
     pub fn reserve(&mut self, points: usize) {
         self.places.reserve(points.saturating_sub(self.free.len()));
-        self.order.reserve(points);
         self.touched.reserve(points);
         let places = &self.places;
         self.by_position.reserve(points, |&slot| hash(places[slot as usize].vertex.position));
@@ -270,7 +269,9 @@ impl Cloud {
 
     /// The vertices as of the last commit, by id. Uncommitted ones are left out.
     pub fn vertices(&self) -> impl Iterator<Item = (Slot, Vertex)> + '_ {
-        self.order.iter().filter_map(|&(id, slot)| {
+        let listed = self.order.as_deref();
+        (0..listed.map_or(self.places.len(), <[_]>::len)).filter_map(move |place| {
+            let (id, slot) = listed.map_or_else(|| (self.places[place].vertex.id, place as Slot), |order| order[place]);
             let place = &self.places[slot as usize];
             (place.vertex.id == id && matches!(place.life, Life::Fresh | Life::Old)).then_some((slot, place.vertex))
         })
@@ -373,6 +374,7 @@ impl Cloud {
         let place = Place { vertex: Vertex { id, position }, points: 1, retracted: 0, life: Life::New };
         let slot = match self.free.pop() {
             Some(slot) => {
+                self.order.get_or_insert_with(|| in_slot_order(places));
                 places[slot as usize] = place;
                 slot
             }
@@ -384,7 +386,9 @@ impl Cloud {
         vacant.insert(slot);
         self.next_id += 1;
         self.used += 1;
-        self.order.push((id, slot));
+        if let Some(order) = &mut self.order {
+            order.push((id, slot));
+        }
         self.touched.push(slot);
         Ok(slot)
     }
@@ -467,11 +471,9 @@ impl Cloud {
 
     /// Drops vanished vertices from the order of ids once they are the most of it.
     fn sweep_order(&mut self) {
-        if self.order.len() < 2 * self.used + 1024 {
-            return;
-        }
+        let Some(order) = self.order.as_mut().filter(|order| order.len() >= 2 * self.used + 1024) else { return };
         let places = &self.places;
-        self.order.retain(|&(id, slot)| {
+        order.retain(|&(id, slot)| {
             let place = &places[slot as usize];
             place.vertex.id == id && place.life != Life::Free
         });
@@ -485,12 +487,17 @@ impl Cloud {
         assert_eq!(self.by_position.len(), self.used);
         assert_eq!(self.vertices().count(), self.committed);
         assert_eq!(used().map(|place| place.points).sum::<u64>(), self.points);
-        assert!(self.order.is_sorted_by_key(|&(id, _)| id));
-        assert!(self.order.len() <= 2 * self.used + 1024 + self.touched.len());
+        let order = self.order.clone().unwrap_or_else(|| in_slot_order(&self.places));
+        assert!(order.is_sorted_by_key(|&(id, _)| id));
+        assert!(self.order.is_none() || order.len() <= 2 * self.used + 1024 + self.touched.len());
         if self.window != Window::All {
             assert!(self.queue.len() as u64 >= self.points);
         }
     }
+}
+
+fn in_slot_order(places: &[Place]) -> Vec<(VertexId, Slot)> {
+    places.iter().zip(0..).map(|(place, slot)| (place.vertex.id, slot)).collect()
 }
 
 /// Forgets slots noted twice once they are the most of a list, so that it stays bounded by the places.

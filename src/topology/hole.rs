@@ -296,8 +296,8 @@ mod tests {
             let mut delaunay = Delaunay::default();
             delaunay.apply(&cloud, &change);
             let mesh = delaunay.mesh();
-            let basins = Basins::new(&mesh, Filtration::new(&mesh));
-            let skeleton = Skeleton::new(&cloud, &mesh, &basins);
+            let (basins, links) = Basins::contract(&mesh, Filtration::new(&mesh));
+            let skeleton = Skeleton::new(&cloud, &mesh, &basins, links);
             let mut rank = vec![u32::MAX; cloud.slot_count()];
             for (place, (slot, _)) in cloud.vertices().enumerate() {
                 rank[slot as usize] = place as u32;

@@ -147,7 +147,7 @@ impl Pipeline {
     /// Takes linear time once, and then time in proportion to the holes. Dots of another frame have no walks.
     pub fn hole_boundaries(&self, dots: &[Dot]) -> Vec<Vec<Vec<u32>>> {
         let mesh = self.delaunay.mesh();
-        let basins = Basins::new(&mesh, Filtration::new(&mesh));
+        let (basins, _) = Basins::contract(&mesh, Filtration::new(&mesh));
         let mut rank = vec![0; self.cloud.slot_count()];
         let vertices = self.newest.iter().flat_map(|frame| frame.skeleton.vertices()).map(|vertex| vertex.id);
         let places: HashMap<VertexId, u32> = vertices.zip(0..).collect();
@@ -177,8 +177,8 @@ impl Pipeline {
         let change = self.cloud.take_change();
         self.delaunay.apply(&self.cloud, &change);
         let mesh = self.delaunay.mesh();
-        let basins = Basins::new(&mesh, Filtration::new(&mesh));
-        let skeleton = Skeleton::new(&self.cloud, &mesh, &basins);
+        let (basins, links) = Basins::contract(&mesh, Filtration::new(&mesh));
+        let skeleton = Skeleton::new(&self.cloud, &mesh, &basins, links);
         self.computed += 1;
         let frame = Frame { number: self.committed, time: self.time, points: self.points, skeleton };
         let frame = Arc::new(frame);

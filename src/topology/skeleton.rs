@@ -15,7 +15,7 @@ use super::basins::Basins;
 use super::cloud::{Cloud, Vertex};
 use super::geometry::{circumcircle, distance, half_length_squared};
 use super::mesh::Mesh;
-use super::reduction::{Pair, TotalOrder, reduce};
+use super::reduction::{Link, Pair, TotalOrder, reduce};
 use super::sorting::{in_order, ordinal, sort_by_key};
 
 /// A dot whose persistence is at most this share of its death is rounding, not topology.
@@ -63,9 +63,9 @@ pub struct Skeleton {
 }
 
 impl Skeleton {
-    /// Computes the skeleton of a cloud's vertices as of its last commit, which are the sites of the mesh.
-    pub fn new(cloud: &Cloud, mesh: &Mesh, basins: &Basins) -> Self {
-        let reduction = reduce(&Dual::new(mesh, basins), basins.count(), basins.links());
+    /// Computes the skeleton of a cloud's vertices as of its last commit, which are the sites of the mesh, from the links between its basins.
+    pub fn new(cloud: &Cloud, mesh: &Mesh, basins: &Basins, links: Vec<Link>) -> Self {
+        let reduction = reduce(&Dual::new(mesh, basins), basins.count(), &links);
         let (vertices, rank) = ranked_vertices(cloud, mesh);
         let edge_of = |edge: u32| {
             let [a, b] = mesh.edges()[edge as usize].ends.map(|site| rank[site as usize]);
@@ -81,7 +81,9 @@ impl Skeleton {
             let triangle = basins.triangle(pair.death).map(|site| rank[site as usize]);
             Some(Dot { birth, death, edge: edge_of(pair.edge), triangle })
         }));
+        // The sorted copy can have their memory.
         drop(reduction);
+        drop(links);
         Self { vertices, tree, dots: by_persistence(&dots, vertex_count) }
     }
 
