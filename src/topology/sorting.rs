@@ -3,6 +3,8 @@
 //! In: keys for each of some items. Out: the items' places, in order. Invariants: the result is what a comparison sort by the whole
 //! keys gives, whatever their spread. Must not know: what the items are.
 
+use std::ops::Range;
+
 /// Below so many keys a comparison sort is at once as good as the passes of a radix sort.
 const FEW: usize = 256;
 
@@ -18,21 +20,47 @@ pub fn ordinal(value: f64) -> u64 {
 ///
 /// Takes linear time, but for keys that differ in less than 2^-32 of their range.
 pub fn in_order(count: usize, first: impl Fn(u32) -> u64, second: impl Fn(u32) -> u64) -> Vec<u32> {
-    nearly_in_order((0..count as u32).map(&first), |run| {
-        run.sort_unstable_by_key(|&place| first(place));
-        for tied in run.chunk_by_mut(|&a, &b| first(a) == first(b)).filter(|tied| tied.len() > 1) {
-            // Second keys are looked up once an item: on a lattice all edges are of two or three lengths.
-            let keys: Vec<u64> = tied.iter().map(|&place| second(place)).collect();
-            let order =
-                nearly_in_order(keys.iter().copied(), |run| run.sort_unstable_by_key(|&tie| keys[tie as usize]));
-            let places: Vec<u32> = order.into_iter().map(|tie| tied[tie as usize]).collect();
-            tied.copy_from_slice(&places);
-        }
-    })
+    let mut rough = Rough::new((0..count as u32).map(&first));
+    if rough.tied() * 2 > count {
+        // On a lattice all edges are of two or three lengths. Looked up in the items' own order, second keys are near in memory.
+        let keys: Vec<u64> = (0..count as u32).map(&second).collect();
+        settle(&mut rough, first, |place| keys[place as usize]);
+    } else {
+        settle(&mut rough, first, second);
+    }
+    rough.places
 }
 
-/// Sorts items whose keys all differ.
-pub fn sort_by_key<T: Copy>(items: &mut [T], key: impl Fn(&T) -> u64) {
+/// Sorts the runs that a rough sort by the first keys has left.
+fn settle(rough: &mut Rough, first: impl Fn(u32) -> u64, second: impl Fn(u32) -> u64) {
+    let Rough { places, runs, is_exact } = rough;
+    for run in runs {
+        let run = &mut places[run.clone()];
+        if *is_exact {
+            sort_tied(run, &second);
+        } else {
+            run.sort_unstable_by_key(|&place| first(place));
+            run.chunk_by_mut(|&a, &b| first(a) == first(b)).for_each(|tied| sort_tied(tied, &second));
+        }
+    }
+}
+
+/// Sorts items of one first key by their second ones.
+fn sort_tied(tied: &mut [u32], second: impl Fn(u32) -> u64) {
+    if tied.len() < FEW {
+        return tied.sort_unstable_by_key(|&place| second(place));
+    }
+    let keys: Vec<u64> = tied.iter().map(|&place| second(place)).collect();
+    let mut rough = Rough::new(keys.iter().copied());
+    for run in rough.runs.iter().filter(|_| !rough.is_exact) {
+        rough.places[run.clone()].sort_unstable_by_key(|&tie| keys[tie as usize]);
+    }
+    let places: Vec<u32> = rough.places.into_iter().map(|tie| tied[tie as usize]).collect();
+    tied.copy_from_slice(&places);
+}
+
+/// Sorts items by keys.
+pub fn sort_by_key<T: Copy, K: radsort::Key + Ord>(items: &mut [T], key: impl Fn(&T) -> K) {
     if items.len() < FEW {
         items.sort_unstable_by_key(key);
     } else {
@@ -40,25 +68,42 @@ pub fn sort_by_key<T: Copy>(items: &mut [T], key: impl Fn(&T) -> u64) {
     }
 }
 
-/// Places of items in increasing order of the 32 most telling bits of their keys; `settle` sorts runs that these do not tell apart.
-fn nearly_in_order(keys: impl Iterator<Item = u64> + Clone, mut settle: impl FnMut(&mut [u32])) -> Vec<u32> {
-    let (low, high) = keys.clone().fold((u64::MAX, 0), |(low, high), key| (low.min(key), high.max(key)));
-    let shift = 32 - high.saturating_sub(low).leading_zeros().min(32);
-    let mut keyed: Vec<(u32, u32)> = keys.zip(0..).map(|(key, place)| (((key - low) >> shift) as u32, place)).collect();
-    if keyed.len() < FEW {
-        keyed.sort_unstable();
-    } else {
-        radsort::sort_by_key(&mut keyed, |&(key, _)| key);
-    }
-    let mut places: Vec<u32> = keyed.iter().map(|&(_, place)| place).collect();
-    let mut start = 0;
-    for run in keyed.chunk_by(|a, b| a.0 == b.0) {
-        if run.len() > 1 {
-            settle(&mut places[start..start + run.len()]);
+/// Items sorted by the 32 most telling bits of their keys.
+struct Rough {
+    places: Vec<u32>,
+    /// Where more than one item has the same such bits.
+    runs: Vec<Range<usize>>,
+    /// Whether these bits tell all: items of one run have one key.
+    is_exact: bool,
+}
+
+impl Rough {
+    fn new(keys: impl Iterator<Item = u64> + Clone) -> Self {
+        let (low, high) = keys.clone().fold((u64::MAX, 0), |(low, high), key| (low.min(key), high.max(key)));
+        let shift = 32 - high.saturating_sub(low).leading_zeros().min(32);
+        let mut lost = 0;
+        let mut keyed: Vec<(u32, u32)> = keys
+            .map(|key| key - low)
+            .inspect(|key| lost |= key & ((1 << shift) - 1))
+            .zip(0..)
+            .map(|(key, place)| ((key >> shift) as u32, place))
+            .collect();
+        sort_by_key(&mut keyed, |&(key, _)| key);
+        let mut runs = Vec::new();
+        let mut start = 0;
+        for run in keyed.chunk_by(|a, b| a.0 == b.0) {
+            if run.len() > 1 {
+                runs.push(start..start + run.len());
+            }
+            start += run.len();
         }
-        start += run.len();
+        Self { places: keyed.into_iter().map(|(_, place)| place).collect(), runs, is_exact: lost == 0 }
     }
-    places
+
+    /// How many items are in runs.
+    fn tied(&self) -> usize {
+        self.runs.iter().map(ExactSizeIterator::len).sum()
+    }
 }
 
 #[cfg(test)]
