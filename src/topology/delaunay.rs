@@ -27,7 +27,9 @@ const DEGREE_PER_BULK_VERTEX: usize = 30;
 /// A cloud is thin when it fills fewer than one in so many of the cells it could fill.
 const THIN_SHARE: usize = 32;
 
+/// Packed: a vertex of `spade` then takes 24 bytes rather than 32.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, packed(4))]
 struct Site {
     position: Position,
     slot: Slot,
@@ -37,7 +39,8 @@ impl HasPosition for Site {
     type Scalar = f64;
 
     fn position(&self) -> Point2<f64> {
-        Point2::new(self.position.x(), self.position.y())
+        let position = self.position;
+        Point2::new(position.x(), position.y())
     }
 }
 

@@ -6,6 +6,7 @@
 //!
 //! V. Kurlin 2015, Definitions 10 and 12 (with ds_k the upper side of the gap), margins of Propositions 11 and 13.
 
+use std::borrow::Cow;
 use std::num::NonZeroU32;
 
 use super::skeleton::{Dot, Skeleton};
@@ -59,26 +60,31 @@ pub struct Margins {
 
 /// All diagonal gaps of a diagram, the widest first.
 pub fn diagonal_gaps(skeleton: &Skeleton) -> Vec<Gap> {
-    ranked(diagonal_strips(skeleton), usize::MAX, tolerance(skeleton))
+    ranked(sorted_strips(skeleton), usize::MAX, tolerance(skeleton))
 }
 
 /// All vertical gaps of DS_k, the widest first; the strip right of all births is the first.
 pub fn vertical_gaps(skeleton: &Skeleton, k: NonZeroU32) -> Vec<Gap> {
-    let (_, ds) = subdiagram(skeleton, k);
-    ranked(vertical_strips(ds, tolerance(skeleton)), usize::MAX, tolerance(skeleton))
+    let (_, dots) = subdiagram(skeleton, k);
+    ranked(vertical_strips(&dots, tolerance(skeleton)), usize::MAX, tolerance(skeleton))
 }
 
 /// Selects by the k widest diagonal gaps and the l widest vertical ones.
 pub fn select(skeleton: &Skeleton, k: NonZeroU32, l: NonZeroU32) -> Selection {
+    select_dots(skeleton, k, l).0
+}
+
+/// The same, with DS_k.
+pub(super) fn select_dots(skeleton: &Skeleton, k: NonZeroU32, l: NonZeroU32) -> (Selection, Cow<'_, [Dot]>) {
     let tolerance = tolerance(skeleton);
     let (mut diagonal, dots) = subdiagram(skeleton, k);
-    let mut vertical = ranked(vertical_strips(dots, tolerance), l.get() as usize + 1, tolerance);
+    let mut vertical = ranked(vertical_strips(&dots, tolerance), l.get() as usize + 1, tolerance);
     let margins = Margins { diagonal: margin(&diagonal, k, 8.0), vertical: margin(&vertical, l, 4.0) };
     diagonal.truncate(k.get() as usize);
     vertical.truncate(l.get() as usize);
     let vs = vertical.iter().map(|gap| gap.low).fold(f64::INFINITY, f64::min);
     let in_vs = |&index: &u32| dots[index as usize].birth <= vs;
-    Selection {
+    let selection = Selection {
         ds: lowest(&diagonal).map(|gap| gap.high),
         vs,
         ds_count: dots.len(),
@@ -86,16 +92,18 @@ pub fn select(skeleton: &Skeleton, k: NonZeroU32, l: NonZeroU32) -> Selection {
         margins,
         diagonal,
         vertical,
-    }
+    };
+    (selection, dots)
 }
 
 /// The k + 1 widest diagonal gaps, and DS_k: the dots above the lowest of the first k.
-fn subdiagram(skeleton: &Skeleton, k: NonZeroU32) -> (Vec<Gap>, &[Dot]) {
-    let k = k.get() as usize;
-    let gaps = ranked(diagonal_strips(skeleton), k + 1, tolerance(skeleton));
+fn subdiagram(skeleton: &Skeleton, k: NonZeroU32) -> (Vec<Gap>, Cow<'_, [Dot]>) {
+    let (k, tolerance) = (k.get() as usize, tolerance(skeleton));
+    let persistences = skeleton.found().iter().map(Dot::persistence);
+    let gaps = widest_at_sight(persistences, k + 1, tolerance)
+        .unwrap_or_else(|| ranked(sorted_strips(skeleton), k + 1, tolerance));
     let ds = lowest(&gaps[..k.min(gaps.len())]).map_or(f64::INFINITY, |gap| gap.high);
-    let count = skeleton.dots().partition_point(|dot| dot.persistence() >= ds);
-    (gaps, &skeleton.dots()[..count])
+    (gaps, skeleton.most_persistent(ds))
 }
 
 fn tolerance(skeleton: &Skeleton) -> f64 {
@@ -114,12 +122,44 @@ fn margin(gaps: &[Gap], rank: NonZeroU32, share: f64) -> Option<f64> {
 }
 
 /// Strips between neighbouring persistences, from the diagonal up.
-fn diagonal_strips(skeleton: &Skeleton) -> impl Iterator<Item = Gap> {
+fn sorted_strips(skeleton: &Skeleton) -> impl Iterator<Item = Gap> {
+    diagonal_strips(skeleton.dots().iter().rev().map(Dot::persistence), tolerance(skeleton))
+}
+
+/// Strips between ascending persistences, from the diagonal up.
+fn diagonal_strips(ascending: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Item = Gap> {
     // The diagonal is the lowest line; persistences within the tolerance of 0 lie on it.
-    let ascending = std::iter::once(0.0).chain(skeleton.dots().iter().rev().map(Dot::persistence));
-    let mut lines = lines(ascending, tolerance(skeleton));
+    let mut lines = lines(std::iter::once(0.0).chain(ascending), tolerance);
     let mut below = lines.next().map_or(0.0, |(_, high)| high);
     lines.map(move |(low, high)| Gap { low: std::mem::replace(&mut below, high), high: low })
+}
+
+/// So many persistences share a bucket, on average.
+const BUCKET: usize = 16;
+
+/// The `count` widest diagonal gaps of persistences in any order, if they can be told without sorting: in linear time, little memory.
+///
+/// The range is cut into buckets of one width, of which only the lowest and highest value are kept. No gap inside a bucket is wider than it, so
+/// gaps between buckets that all are wider are the ones.
+fn widest_at_sight(
+    values: impl ExactSizeIterator<Item = f64> + Clone,
+    count: usize,
+    tolerance: f64,
+) -> Option<Vec<Gap>> {
+    let buckets = values.len() / BUCKET + 1;
+    let scale = buckets as f64 / values.clone().fold(0.0, f64::max);
+    let mut spans = vec![(f64::INFINITY, f64::NEG_INFINITY); buckets];
+    for value in values {
+        // Monotone even where rounded, and NaN goes to the first.
+        let (low, high) = &mut spans[((value * scale) as usize).min(buckets - 1)];
+        (*low, *high) = (low.min(value), high.max(value));
+    }
+    let ends = spans.into_iter().filter(|(low, high)| low <= high).flat_map(|(low, high)| [low, high]);
+    let gaps = ranked(diagonal_strips(ends, tolerance), count, tolerance);
+    let inside = (1.0 + TOLERANCE) / scale + tolerance;
+    // Gaps are in order but for ties, so the last may be wider than some by the tolerance.
+    let are_between = gaps.len() == count && gaps.last().is_some_and(|gap| gap.width() - tolerance > inside);
+    are_between.then_some(gaps)
 }
 
 /// Strips between neighbouring births, and the one right of them all.
@@ -197,4 +237,39 @@ fn keep_widest(gaps: &mut Vec<Gap>, count: usize, tolerance: f64) -> f64 {
     let limit = last - 2.0 * tolerance;
     gaps.retain(|gap| gap.width() >= limit);
     limit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn persistences() -> impl Strategy<Value = Vec<f64>> {
+        let value = prop_oneof![8 => 1e-9..1e-3, 2 => 0.0..1.0, 1 => (0..9_u32).prop_map(f64::from)];
+        prop::collection::vec(value, 1..300)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(1000))]
+
+        #[test]
+        fn what_is_told_at_sight_is_what_sorting_tells(mut values in persistences(), count in 1..8_usize) {
+            let tolerance = TOLERANCE * values.iter().copied().fold(0.0, f64::max);
+            let at_sight = widest_at_sight(values.iter().copied(), count, tolerance);
+            values.sort_unstable_by(f64::total_cmp);
+            if let Some(gaps) = at_sight {
+                prop_assert_eq!(gaps, ranked(diagonal_strips(values.into_iter(), tolerance), count, tolerance));
+            }
+        }
+    }
+
+    #[test]
+    fn clear_gaps_are_told_at_sight() {
+        let noise = (0..1000).map(|step| f64::from(step) * 1e-5);
+        let values: Vec<f64> = noise.chain([0.5, 1.0, 1.75]).collect();
+        let gaps = widest_at_sight(values.iter().copied(), 3, 1e-12).expect("they are clear");
+        assert_eq!(gaps.iter().map(|gap| gap.high).collect::<Vec<_>>(), [1.75, 1.0, 0.5]);
+        assert_eq!(widest_at_sight(values.iter().copied(), 4, 1e-12), None);
+        assert_eq!(widest_at_sight([].into_iter(), 1, 0.0), None);
+    }
 }

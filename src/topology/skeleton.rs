@@ -8,8 +8,10 @@
 //! V. Kurlin, "A one-dimensional homologically persistent skeleton of an unstructured point cloud in any metric space",
 //! Computer Graphics Forum 34(5), 2015, Definition 7; scales are radii.
 
+use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::cmp::Ordering;
+use std::sync::OnceLock;
 
 use super::basins::Basins;
 use super::cloud::{Cloud, Vertex};
@@ -55,11 +57,20 @@ pub struct Hole {
 }
 
 /// The homologically persistent skeleton of a cloud.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Skeleton {
     vertices: Vec<Vertex>,
     tree: Vec<Edge>,
-    dots: Vec<Dot>,
+    /// Dots as they were found.
+    found: Vec<Dot>,
+    /// The same in order, once somebody has asked for all of them.
+    dots: OnceLock<Vec<Dot>>,
+}
+
+impl PartialEq for Skeleton {
+    fn eq(&self, other: &Self) -> bool {
+        (self.vertices(), self.tree(), self.dots()) == (other.vertices(), other.tree(), other.dots())
+    }
 }
 
 impl Skeleton {
@@ -74,17 +85,13 @@ impl Skeleton {
         let mut tree = Vec::with_capacity(vertices.len());
         tree.extend(reduction.tree().map(edge_of));
         sort_by_key(&mut tree, |&edge| edge_key(edge, vertices.len()));
-        let vertex_count = vertices.len();
-        let mut dots = Vec::with_capacity(basins.count());
-        dots.extend(reduction.pairs().filter_map(|pair| {
+        let mut found = Vec::with_capacity(basins.count());
+        found.extend(reduction.pairs().filter_map(|pair| {
             let (birth, death) = label(basins, pair)?;
             let triangle = basins.triangle(pair.death).map(|site| rank[site as usize]);
             Some(Dot { birth, death, edge: edge_of(pair.edge), triangle })
         }));
-        // The sorted copy can have their memory.
-        drop(reduction);
-        drop(links);
-        Self { vertices, tree, dots: by_persistence(&dots, vertex_count) }
+        Self { vertices, tree, found, dots: OnceLock::new() }
     }
 
     /// The vertices of the cloud, by id.
@@ -97,14 +104,31 @@ impl Skeleton {
         &self.tree
     }
 
-    /// Dots of the persistence diagram with their critical edges, the most persistent first.
+    /// Dots of the persistence diagram with their critical edges, the most persistent first. They are sorted when first asked for.
     pub fn dots(&self) -> &[Dot] {
-        &self.dots
+        self.dots.get_or_init(|| by_persistence(&self.found, self.vertices.len()))
+    }
+
+    /// The same in any order, at once.
+    pub(super) fn found(&self) -> &[Dot] {
+        &self.found
+    }
+
+    /// The dots of at least some persistence, in order: the first ones of [`dots`](Self::dots), without the cost of sorting all.
+    pub(super) fn most_persistent(&self, least: f64) -> Cow<'_, [Dot]> {
+        if self.dots.get().is_none() {
+            let few: Vec<Dot> = self.found.iter().filter(|dot| dot.persistence() >= least).copied().collect();
+            if few.len() <= self.found.len() / 2 {
+                return by_persistence(&few, self.vertices.len()).into();
+            }
+        }
+        let dots = self.dots();
+        dots[..dots.partition_point(|dot| dot.persistence() >= least)].into()
     }
 
     /// The largest death; 0 without dots.
     pub fn largest_death(&self) -> f64 {
-        self.dots.iter().map(|dot| dot.death).fold(0.0, f64::max)
+        self.found.iter().map(|dot| dot.death).fold(0.0, f64::max)
     }
 
     /// The hole of a dot: circumcentre and circumradius of the triangle whose filling kills it.

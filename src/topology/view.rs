@@ -8,7 +8,7 @@
 
 use std::num::NonZeroU32;
 
-use super::gaps::{Selection, TOLERANCE, select};
+use super::gaps::{Selection, TOLERANCE, select_dots};
 use super::skeleton::{Edge, Skeleton, compensated_sum};
 
 /// Which part of a skeleton is asked for. Scales are radii.
@@ -56,7 +56,7 @@ pub struct View {
 impl View {
     /// Cuts a view out of a skeleton.
     pub fn new(skeleton: &Skeleton, spec: ViewSpec) -> Self {
-        let all = 0..skeleton.dots().len() as u32;
+        let all = 0..skeleton.found().len() as u32;
         match spec {
             ViewSpec::Full => Self::cut(skeleton, spec, None, f64::INFINITY, all),
             ViewSpec::Reduced { alpha } => {
@@ -67,9 +67,9 @@ impl View {
                 Self::cut(skeleton, spec, None, alpha, all.filter(shown))
             }
             ViewSpec::Derived { k, l } => {
-                let selection = select(skeleton, k, l);
+                let (selection, dots) = select_dots(skeleton, k, l);
                 let vs = selection.vs;
-                let lives = |&index: &u32| skeleton.dots()[index as usize].death > vs;
+                let lives = |&index: &u32| dots[index as usize].death > vs;
                 let critical: Vec<u32> = selection.vs_dots.iter().copied().filter(lives).collect();
                 Self::cut(skeleton, spec, Some(selection), vs, critical.into_iter())
             }
