@@ -3,6 +3,7 @@
 //! In: an [`Answer`]. Out: one JSON object on one line. Invariants: lists are written piece by piece, never held as a whole, their pieces made
 //! on all cores; the bytes do not depend on how many cores there are; numbers that are not finite are null. Must not know: files.
 
+use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::num::NonZero;
 use std::thread;
@@ -90,44 +91,35 @@ fn labelled(answer: &Answer, dot: &Dot) -> LabelledDot {
     LabelledDot { birth: dot.birth, death: dot.death, edge: dot.edge, hole }
 }
 
-/// Writes a list, its pieces made into text side by side.
+/// Writes a list. Its pieces are made into text on all cores, ahead of the writing by as many pieces as there are cores.
 fn write_list<T: Sync, S: Serialize>(
     out: &mut impl Write,
     items: &[T],
     element: impl Fn(&T) -> S + Sync,
 ) -> io::Result<()> {
-    let threads = thread::available_parallelism().map_or(1, NonZero::get);
-    let mut opening = b"[";
-    for round in items.chunks(PIECE * threads) {
-        for text in texts(round, &element)? {
+    let text = |piece: &[T]| {
+        let mut text = Vec::with_capacity(piece.len() * 32);
+        collect(serde_json::Serializer::new(&mut text), piece.iter().map(&element)).map(|()| text)
+    };
+    if items.len() <= PIECE {
+        return out.write_all(&text(items)?);
+    }
+    let ahead = thread::available_parallelism().map_or(1, NonZero::get) + 1;
+    thread::scope(|scope| {
+        let mut workers = VecDeque::new();
+        let mut pieces = items.chunks(PIECE);
+        let mut opening = b"[";
+        loop {
+            let started = pieces.by_ref().take(ahead - workers.len()).map(|piece| scope.spawn(move || text(piece)));
+            workers.extend(started);
+            let Some(worker) = workers.pop_front() else { break };
+            let text = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
             // Each piece is a list of its own: its bracket makes way for a comma, or stays at the very beginning.
             out.write_all(opening)?;
             out.write_all(&text[1..text.len() - 1])?;
             opening = b",";
         }
-    }
-    if items.is_empty() {
-        out.write_all(b"[")?;
-    }
-    out.write_all(b"]")
-}
-
-fn texts<T: Sync, S: Serialize>(round: &[T], element: &(impl Fn(&T) -> S + Sync)) -> io::Result<Vec<Vec<u8>>> {
-    let text = |piece: &[T]| {
-        let mut text = Vec::with_capacity(piece.len() * 32);
-        let list = serde_json::Serializer::new(&mut text);
-        collect(list, piece.iter().map(element)).map(|()| text)
-    };
-    if round.len() <= PIECE {
-        return Ok(vec![text(round)?]);
-    }
-    thread::scope(|scope| {
-        let workers: Vec<_> = round.chunks(PIECE).map(|piece| scope.spawn(move || text(piece))).collect();
-        let join = |worker: thread::ScopedJoinHandle<'_, serde_json::Result<Vec<u8>>>| match worker.join() {
-            Ok(text) => Ok(text?),
-            Err(panic) => std::panic::resume_unwind(panic),
-        };
-        workers.into_iter().map(join).collect()
+        out.write_all(b"]")
     })
 }
 
