@@ -1,7 +1,7 @@
 // The strongest rival we can write: persistence and MST of a planar cloud on top of CGAL, in one thread.
 //
 //   g++ -std=c++17 -O3 -march=native -DNDEBUG cgal_pass.cpp -o cgal_pass -lgmp -lmpfr
-//   cgal_pass FILE [--repeat N]
+//   cgal_pass FILE [--repeat N] [--plain]
 //
 // FILE holds little-endian f64 pairs x, y. What is timed starts from the points in memory and ends with every dot
 // (birth, death, critical edge) and every MST edge in memory. One JSON line is printed: counts, the sum of all
@@ -10,7 +10,8 @@
 // Two things make it fast. The dual union-find needs no boundary matrix; and a face with an obtuse or right angle
 // dies the moment it is born, so it is contracted into the neighbour behind its longest edge before anything is
 // sorted: of a random cloud that leaves two thirds of the edges (the Gabriel ones) and half of the faces (the acute
-// ones).
+// ones). With --plain the second is left out: every finite edge at its alpha value, std::sort, one union-find over all
+// faces, which is how the dual pass is written down.
 
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -277,7 +278,31 @@ void sweep(const Dual& dual, Skeleton& skeleton) {
     }
 }
 
-Skeleton persistence(Triangulation& triangulation) {
+// The dual graph as it is: all faces, all edges at the scale at which they enter.
+Dual uncontracted(const std::vector<FlatFace>& faces, const std::vector<Site>& sites) {
+    Dual dual;
+    dual.weight.assign(faces.size(), std::numeric_limits<double>::infinity());
+    for (Id f = 1; f < faces.size(); ++f) dual.weight[f] = squared_circumradius(faces[f], sites);
+    dual.links.reserve(faces.size() / 2 * 3);
+    dual.order.reserve(faces.size() / 2 * 3);
+    for (Id f = 1; f < faces.size(); ++f) {
+        for (int i = 0; i < 3; ++i) {
+            const FlatFace& face = faces[f];
+            const Id g = face.neighbours[i];
+            if (g > f) continue;
+            const auto& [here, from] = sites[face.corners[(i + 1) % 3]];
+            const auto& [there, to] = sites[face.corners[(i + 2) % 3]];
+            const auto& across = faces[g];
+            const bool attached = i == face.widest || (across.widest != ACUTE && across.neighbours[across.widest] == f);
+            const double length = attached ? 4 * std::min(dual.weight[f], dual.weight[g]) : CGAL::squared_distance(here, there);
+            dual.order.push_back({descending(length), static_cast<Id>(dual.links.size())});
+            dual.links.push_back({f, g, {from, to}});
+        }
+    }
+    return dual;
+}
+
+Skeleton persistence(Triangulation& triangulation, bool plain) {
     auto& [sites, delaunay] = triangulation;
     Skeleton skeleton;
     if (delaunay.number_of_vertices() > 0) skeleton.mst.reserve(delaunay.number_of_vertices() - 1);
@@ -286,8 +311,10 @@ Skeleton persistence(Triangulation& triangulation) {
             skeleton.mst.push_back({sites[face->vertex(0)->info()].second, sites[face->vertex(1)->info()].second});
         return skeleton;
     }
-    Dual dual = reduce(flatten(delaunay), sites, skeleton.mst);
-    sort_by_key(dual.order);
+    const std::vector<FlatFace> faces = flatten(delaunay);
+    Dual dual = plain ? uncontracted(faces, sites) : reduce(faces, sites, skeleton.mst);
+    if (plain) std::sort(dual.order.begin(), dual.order.end(), [](const auto& a, const auto& b) { return a.descending < b.descending; });
+    else sort_by_key(dual.order);
     sweep(dual, skeleton);
     if (skeleton.mst.size() + 1 != delaunay.number_of_vertices()) throw std::logic_error("the MST does not span");
     return skeleton;
@@ -298,6 +325,7 @@ Skeleton persistence(Triangulation& triangulation) {
 struct Arguments {
     std::string file;
     int repeat = 1;
+    bool plain = false;
 };
 
 Arguments parse(int count, char** values) {
@@ -305,11 +333,12 @@ Arguments parse(int count, char** values) {
     for (int i = 1; i < count; ++i) {
         const std::string value = values[i];
         if (value == "--repeat" && i + 1 < count) arguments.repeat = std::atoi(values[++i]);
+        else if (value == "--plain") arguments.plain = true;
         else if (arguments.file.empty() && value[0] != '-') arguments.file = value;
         else throw std::invalid_argument("unexpected argument " + value);
     }
     if (arguments.file.empty() || arguments.repeat < 1)
-        throw std::invalid_argument("usage: cgal_pass FILE [--repeat N]");
+        throw std::invalid_argument("usage: cgal_pass FILE [--repeat N] [--plain]");
     return arguments;
 }
 
@@ -329,13 +358,13 @@ struct Times {
     std::vector<double> total, triangulation, rest;
 };
 
-Skeleton timed_pass(const std::vector<Point>& points, Times& times) {
+Skeleton timed_pass(const std::vector<Point>& points, bool plain, Times& times) {
     using Clock = std::chrono::steady_clock;
     using Seconds = std::chrono::duration<double>;
     const auto start = Clock::now();
     Triangulation triangulation = triangulate(points);
     const auto triangulated = Clock::now();
-    Skeleton skeleton = persistence(triangulation);
+    Skeleton skeleton = persistence(triangulation, plain);
     const auto end = Clock::now();
     times.total.push_back(Seconds(end - start).count());
     times.triangulation.push_back(Seconds(triangulated - start).count());
@@ -381,7 +410,7 @@ int main(int count, char** values) try {
     Skeleton skeleton;
     for (int i = 0; i < arguments.repeat; ++i) {
         skeleton = {}; // before the next pass, or the peak would count it twice
-        skeleton = timed_pass(points, times);
+        skeleton = timed_pass(points, arguments.plain, times);
     }
     report(points, skeleton, times, peak_rss_bytes());
 } catch (const std::exception& error) {

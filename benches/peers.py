@@ -4,14 +4,15 @@
 Contenders, each in a fresh process, taking turns round by round so that a busy machine slows all of them alike:
 
     gudhi     GUDHI's alpha complex (precision 'fast') and persistence over Z/2, from a NumPy array in memory
-    cgal      cgal_pass.cpp, our own C++ on CGAL's triangulation: the strongest rival we could write (--cgal)
+    dual      cgal_pass.cpp --plain, C++ on CGAL's triangulation: sort all edges, one dual union-find (--cgal)
+    cgal      cgal_pass.cpp, the same with our own contraction and a radix sort: the strongest rival we could write (--cgal)
     library   the example library_pass: points in memory -> dots, MST and skeletons, one thread
     compute   the whole process `hopes compute FILE.csv -o OUT.json`, from reading the text to writing the answer
 
 Clouds are seeded, hence the same on every machine: `uniform` in the unit square, `circle` (radius 1, radial noise
 of up to 0.1) and `pixel` (a random quarter of the positions of a square integer grid, full of cocircular points).
 
-In: nothing but this repository, a Rust toolchain and, for `cgal`, g++. What else is needed (a virtual environment
+In: nothing but this repository, a Rust toolchain and, for `dual` and `cgal`, g++. What else is needed (a virtual environment
 with gudhi and numpy, the CGAL headers where apt-get may install them, clouds as CSV and binary files) is made under
 benches/.peers/ on first use.
 
@@ -55,7 +56,7 @@ CGAL_SOURCE = BENCHES / "cgal_pass.cpp"
 CGAL_PASS = WORK / "cgal_pass"
 RELEASE = ROOT / "target" / "release"
 
-CONTENDERS = ("gudhi", "cgal", "library", "compute")
+CONTENDERS = ("gudhi", "dual", "cgal", "library", "compute")
 PIXEL_DENSITY = 0.25
 RADIAL_NOISE = 0.1
 CLEAR = 1e-9  # a dot with more persistence than this part of its death is beyond anyone's rounding
@@ -330,6 +331,8 @@ def measure(name: str, measured: Measured, cloud: Cloud, repeat: int) -> None:
     match name:
         case "gudhi":
             measure_pass(measured, [str(VENV_PYTHON), __file__, "--task", "gudhi", str(cloud.binary), str(repeat)])
+        case "dual":
+            measure_pass(measured, [str(CGAL_PASS), *on_file, "--plain"])
         case "cgal":
             measure_pass(measured, [str(CGAL_PASS), *on_file])
         case "library":
@@ -372,6 +375,7 @@ def columns(cloud: Cloud, contenders: dict[str, Measured]) -> dict[str, str]:
     row |= {f"{name}, s": spread(measured.seconds) for name, measured in contenders.items()}
     row["GUDHI / library"] = ratio(contenders, "gudhi", "library")
     row["GUDHI / compute"] = ratio(contenders, "gudhi", "compute")
+    row["dual / library"] = ratio(contenders, "dual", "library")
     row["CGAL / library"] = ratio(contenders, "cgal", "library")
     row["GUDHI / CGAL"] = ratio(contenders, "gudhi", "cgal")
     row["rest / bulk"] = rest_to_bulk(contenders)
@@ -460,7 +464,7 @@ def arguments() -> argparse.Namespace:
     option("--rounds", type=positive, default=3, help=f"fresh processes of each contender {shown}")
     option("--repeat", type=positive, default=1, help=f"passes per process, its median counts {shown}")
     option("--only", type=names_from(CONTENDERS), default="gudhi,library,compute", help=f"contenders {shown}")
-    option("--cgal", action="store_true", help="let the C++ program on CGAL compete too")
+    option("--cgal", action="store_true", help="let the C++ programs on CGAL compete too")
     option("--no-build", action="store_true", help="take our programs as they are")
     option("--json", type=writable, metavar="FILE", help="write everything measured to FILE")
     return parser.parse_args()
@@ -469,13 +473,13 @@ def arguments() -> argparse.Namespace:
 def prepare(names: list[str], build: bool) -> None:
     if "gudhi" in names:
         ensure_gudhi()
-    if "cgal" in names:
+    if {"dual", "cgal"} & set(names):
         ensure_cgal()
     ensure_ours(build, names)
 
 
 def contest(options: argparse.Namespace) -> int:
-    chosen = {*options.only, *(["cgal"] if options.cgal else [])}
+    chosen = {*options.only, *(["dual", "cgal"] if options.cgal else [])}
     names = [name for name in CONTENDERS if name in chosen]
     prepare(names, build=not options.no_build)
     rows, records, disagreed = [], [], []

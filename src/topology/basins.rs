@@ -16,7 +16,7 @@ use super::reduction::Link;
 pub const OUTER_BASIN: u32 = 0;
 
 /// The basins of a filtration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Basins {
     /// Of each basin: where its flows end.
     maxima: Vec<Maximum>,

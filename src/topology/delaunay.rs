@@ -128,9 +128,16 @@ impl Delaunay {
 
     /// The triangulation as flat arrays.
     pub fn mesh(&self) -> Mesh {
+        let mut mesh = Mesh::default();
+        self.read_into(&mut mesh);
+        mesh
+    }
+
+    /// The same, in the place and the memory of another mesh.
+    pub fn read_into(&self, mesh: &mut Mesh) {
         match &self.shape {
-            Shape::Line(path) => mesh_of_path(path),
-            Shape::Plane(spade) => mesh_of_plane(spade),
+            Shape::Line(path) => read_path(path, mesh),
+            Shape::Plane(spade) => read_plane(spade, mesh),
         }
     }
 
@@ -328,19 +335,18 @@ fn interleave(v: u16) -> u32 {
     bits
 }
 
-fn mesh_of_path(path: &BTreeMap<Position, Slot>) -> Mesh {
-    let mut mesh = Mesh::with_capacity(path.len(), path.len().saturating_sub(1), 1);
+fn read_path(path: &BTreeMap<Position, Slot>, mesh: &mut Mesh) {
+    mesh.reset(path.len(), path.len().saturating_sub(1), 1);
     for (&position, &slot) in path {
         mesh.push_site(position, slot);
     }
     for right in 1..path.len() as u32 {
         mesh.push_edge(MeshEdge { ends: [right - 1, right], faces: [OUTER_FACE; 2] });
     }
-    mesh
 }
 
-fn mesh_of_plane(spade: &Spade) -> Mesh {
-    let mut mesh = Mesh::with_capacity(spade.num_vertices(), spade.num_undirected_edges(), spade.num_all_faces());
+fn read_plane(spade: &Spade, mesh: &mut Mesh) {
+    mesh.reset(spade.num_vertices(), spade.num_undirected_edges(), spade.num_all_faces());
     for vertex in spade.vertices() {
         let site = vertex.data();
         mesh.push_site(site.position, site.slot);
@@ -353,5 +359,4 @@ fn mesh_of_plane(spade: &Spade) -> Mesh {
             faces: [there.face(), back.face()].map(|face| face.index() as u32),
         });
     }
-    mesh
 }

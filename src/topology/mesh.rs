@@ -31,7 +31,7 @@ struct Face {
 }
 
 /// A Delaunay triangulation as flat arrays.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Mesh {
     positions: Vec<Position>,
     slots: Vec<Slot>,
@@ -40,14 +40,17 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// An empty mesh that expects so many sites and faces (the outer face among them).
-    pub fn with_capacity(sites: usize, edges: usize, faces: usize) -> Self {
-        Self {
-            positions: Vec::with_capacity(sites),
-            slots: Vec::with_capacity(sites),
-            edges: Vec::with_capacity(edges),
-            faces: vec![Face::default(); faces.max(1)],
-        }
+    /// Empties the mesh, and makes room for so many sites, edges and faces (the outer face among them).
+    pub fn reset(&mut self, sites: usize, edges: usize, faces: usize) {
+        let Self { positions, slots, edges: old_edges, faces: old_faces } = self;
+        positions.clear();
+        positions.reserve_exact(sites);
+        slots.clear();
+        slots.reserve_exact(sites);
+        old_edges.clear();
+        old_edges.reserve_exact(edges);
+        old_faces.clear();
+        old_faces.resize(faces.max(1), Face::default());
     }
 
     /// Adds a site; sites are numbered as they come.

@@ -11,6 +11,7 @@ use super::cloud::{Cloud, Refusal, VertexId};
 use super::delaunay::Delaunay;
 use super::filtration::Filtration;
 use super::hole::Holes;
+use super::mesh::Mesh;
 use super::skeleton::{Dot, Skeleton};
 use super::view::{View, ViewSpec};
 use super::window::Window;
@@ -73,6 +74,9 @@ pub struct Pipeline {
     time: Option<f64>,
     points: u64,
     newest: Option<Arc<Frame>>,
+    /// The newest frame's triangulation and basins; the next one is computed in their memory.
+    mesh: Mesh,
+    basins: Basins,
     computed: u64,
 }
 
@@ -86,6 +90,8 @@ impl Pipeline {
             time: None,
             points: 0,
             newest: None,
+            mesh: Mesh::default(),
+            basins: Basins::default(),
             computed: 0,
         }
     }
@@ -146,15 +152,13 @@ impl Pipeline {
     ///
     /// Takes linear time once, and then time in proportion to the holes. Dots of another frame have no walks.
     pub fn hole_boundaries(&self, dots: &[Dot]) -> Vec<Vec<Vec<u32>>> {
-        let mesh = self.delaunay.mesh();
-        let (basins, _) = Basins::contract(&mesh, Filtration::new(&mesh));
         let mut rank = vec![0; self.cloud.slot_count()];
         let vertices = self.newest.iter().flat_map(|frame| frame.skeleton.vertices()).map(|vertex| vertex.id);
         let places: HashMap<VertexId, u32> = vertices.zip(0..).collect();
-        for &slot in mesh.slots() {
+        for &slot in self.mesh.slots() {
             rank[slot as usize] = places.get(&self.cloud.id(slot)).copied().unwrap_or(u32::MAX);
         }
-        let holes = Holes::new(&mesh, &basins, &rank);
+        let holes = Holes::new(&self.mesh, &self.basins, &rank);
         dots.iter().map(|dot| holes.boundary(dot)).collect()
     }
 
@@ -176,9 +180,10 @@ impl Pipeline {
     fn compute(&mut self) -> Arc<Frame> {
         let change = self.cloud.take_change();
         self.delaunay.apply(&self.cloud, &change);
-        let mesh = self.delaunay.mesh();
-        let (basins, links) = Basins::contract(&mesh, Filtration::new(&mesh));
-        let skeleton = Skeleton::new(&self.cloud, &mesh, &basins, links);
+        self.delaunay.read_into(&mut self.mesh);
+        let (basins, links) = Basins::contract(&self.mesh, Filtration::new(&self.mesh));
+        let skeleton = Skeleton::new(&self.cloud, &self.mesh, &basins, links);
+        self.basins = basins;
         self.computed += 1;
         let frame = Frame { number: self.committed, time: self.time, points: self.points, skeleton };
         let frame = Arc::new(frame);
