@@ -14,6 +14,7 @@ use super::cloud::{Cloud, CloudChange, Slot};
 use super::geometry::are_collinear;
 use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
 use super::position::Position;
+use super::sorting::{in_order, ordinal};
 
 /// A change of more than one in so many of the cloud's vertices is loaded in bulk (measured: they break even at about a quarter).
 const BULK_SHARE: usize = 4;
@@ -26,6 +27,9 @@ const DEGREE_PER_BULK_VERTEX: usize = 30;
 
 /// A cloud is thin when it fills fewer than one in so many of the cells it could fill.
 const THIN_SHARE: usize = 32;
+
+/// So many sites tell whether a cloud is thin.
+const THIN_SAMPLE: usize = 1 << 15;
 
 /// Packed: a vertex of `spade` then takes 24 bytes rather than 32.
 #[derive(Clone, Copy, Debug)]
@@ -108,8 +112,7 @@ impl Delaunay {
     }
 
     fn rebuild(&mut self, cloud: &Cloud) {
-        let mut sites = Vec::with_capacity(cloud.vertex_count());
-        sites.extend(cloud.vertices().map(|(slot, vertex)| Site { position: vertex.position, slot }));
+        let sites = far_first(cloud);
         if lies_on_a_line(sites.iter().map(|site| site.position)) {
             self.shape = Shape::Line(sites.iter().map(|site| (site.position, site.slot)).collect());
             return;
@@ -162,20 +165,40 @@ impl Delaunay {
     }
 }
 
+/// The sites of a cloud, those far from their mean first.
+///
+/// That is the order in which bulk loading takes them, from the end. It sorts them itself, by comparisons, but what is in order already it
+/// only looks at; its mean differs from this one by rounding, so it finds a pair out of place only where two distances agree to
+/// the last bits. A radix sort takes a fifth of the time.
+fn far_first(cloud: &Cloud) -> Vec<Site> {
+    let mut slots = Vec::with_capacity(cloud.vertex_count());
+    slots.extend(cloud.vertices().map(|(slot, _)| slot));
+    let sum = |axis: usize| slots.iter().map(|&slot| cloud.position(slot).xy()[axis]).sum::<f64>();
+    let mean = [0, 1].map(|axis| sum(axis) * (1.0 / slots.len() as f64));
+    let descending = |place: u32| {
+        let position = cloud.position(slots[place as usize]);
+        let (dx, dy) = (mean[0] - position.x(), mean[1] - position.y());
+        !ordinal(dx * dx + dy * dy)
+    };
+    let site = |place: u32| Site { position: cloud.position(slots[place as usize]), slot: slots[place as usize] };
+    in_order(slots.len(), descending, u64::from).into_iter().map(site).collect()
+}
+
 /// Whether the sites lie along few lines or in few clumps: on a grid with a cell for every four of them, they would else fill most cells.
 ///
 /// Loading such a cloud in bulk may take quadratic time, as spade works from the mean position outwards: a long run on one line is
 /// inserted as if nothing else were there, and sites seen from the mean in one direction are inserted last, each with a long search.
 fn is_thin(sites: &[Site]) -> bool {
-    let side = (sites.len() as f64 / 4.0).sqrt().max(1.0);
-    let positions = || sites.iter().map(|site| site.position);
-    let bounds = Bounds::of(positions());
+    let sample: Vec<Position> =
+        sites.iter().step_by(sites.len().div_ceil(THIN_SAMPLE).max(1)).map(|site| site.position).collect();
+    let side = (sample.len() as f64 / 4.0).sqrt().max(1.0);
+    let bounds = Bounds::of(sample.iter().copied());
     let mut filled = vec![false; (side as usize + 1).pow(2)];
-    for position in positions() {
+    for &position in &sample {
         let [x, y] = bounds.cell(position, side);
         filled[x as usize * (side as usize + 1) + y as usize] = true;
     }
-    filled.into_iter().filter(|&filled| filled).count() * THIN_SHARE < sites.len()
+    filled.into_iter().filter(|&filled| filled).count() * THIN_SHARE < sample.len()
 }
 
 /// Inserts sites one by one in rounds, each of as many as all before it: drawn at random, then ordered along a curve. Takes near-linear time
