@@ -3,22 +3,20 @@
 //! In: a file or stdin, and options. Out: JSON, CSV, GeoJSON, SVG or PNG, to a file or stdout. Invariants: points that cannot be used
 //! are reported, counted and left out, unless `--strict` stops at the first. Must not know: how skeletons are computed or pictures drawn.
 
-use std::fmt::Display;
 use std::fs::File;
-use std::io::{self, BufWriter, Cursor, IsTerminal, Read, Write};
+use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use hopes::topology::{
-    CoordinateError, Frame, Options, Pipeline, Position, Refusal, Simplified, View, ViewSpec, simplify,
-};
+use hopes::topology::{Frame, Options, Pipeline, Simplified, View, ViewSpec, simplify};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::args::{ViewArgs, resolution, scale};
 use super::formats::{Answer, OutputFormat};
-use super::{Columns, Failure, Format, Limits, Reader, Record};
+use super::source::Source;
+use super::{Columns, Failure, Format};
 use crate::daemon::Complaints;
 
 /// Compute the skeleton of a file of points, once.
@@ -74,19 +72,14 @@ enum Input {
 /// Below this many bytes of input nobody waits long enough to want a bar.
 const LONG_WORK: u64 = 8 << 20;
 
-/// How many bytes may tell the form of the input.
-const SNIFFED: u64 = 4096;
-
 impl Compute {
     pub fn run(self) -> Result<(), Failure> {
         if self.simplify == Some(None) && self.view.spec() == ViewSpec::Full {
             return Err(Failure::Usage("--simplify with --full needs a radius: --simplify=RADIUS"));
         }
         let progress = self.progress();
-        let (points, mut complaints) = self.read(&progress)?;
-        progress.set_message("computing the skeleton");
-        progress.enable_steady_tick(std::time::Duration::from_millis(100));
-        let (frame, points) = self.compute(points, &mut complaints)?;
+        let mut complaints = Complaints::new(self.strict);
+        let (frame, points) = self.compute(&progress, &mut complaints)?;
         let view = frame.view(self.view.spec());
         let simplified = self.simplified(&frame, &view);
         let answer = Answer {
@@ -120,79 +113,21 @@ impl Compute {
         ProgressBar::new(length).with_style(style).with_message("reading points")
     }
 
-    fn source(&self) -> Result<Box<dyn Read>, Failure> {
-        if self.is_stdin() {
-            return Ok(Box::new(io::stdin().lock()));
-        }
-        let file = File::open(&self.file).with_context(|| format!("cannot open {}", self.file.display()))?;
-        Ok(Box::new(file))
-    }
-
-    /// The input's form, told from its first bytes where the file's name says nothing, and all of its bytes.
-    fn sniffed(&self) -> Result<(Format, Box<dyn Read>), Failure> {
-        let mut source = self.source()?;
-        let format = match self.input {
-            Input::Text => Format::Text,
-            Input::Jsonl => Format::JsonLines,
-            Input::Auto => {
-                // A pipe may bring its first bytes one by one.
-                let mut first = Vec::new();
-                let read = source.by_ref().take(SNIFFED).read_to_end(&mut first);
-                let read = read.with_context(|| format!("cannot read {}", self.file.display()))? as u64;
-                let format = Format::sniff((!self.is_stdin()).then_some(self.file.as_path()), &first);
-                let first = Cursor::new(first);
-                source = if read < SNIFFED { Box::new(first) } else { Box::new(first.chain(source)) };
-                format
-            }
-        };
-        Ok((format, source))
-    }
-
-    fn read(&self, progress: &ProgressBar) -> Result<(Vec<Change>, Complaints), Failure> {
-        let (format, source) = self.sniffed()?;
-        let mut reader = Reader::new(source, format, self.columns.clone(), Limits::default());
-        let mut complaints = Complaints::new(self.strict);
-        let mut changes = vec![Change::default()];
-        loop {
-            let line = reader.line() + 1;
-            // The error says its cause itself.
-            let record =
-                reader.next_record().map_err(|error| anyhow::anyhow!("in {}: {error}", self.file.display()))?;
-            let Some(record) = record else { break };
-            let retracts = matches!(record, Record::Retract { .. });
-            match record {
-                Record::Points { points, .. } | Record::Retract { points } => {
-                    let change = Change::last(&mut changes, retracts);
-                    for &point in points {
-                        match self.position(point) {
-                            Ok(_) => change.add(point, line),
-                            Err(error) => complaints.add(&refused(point, line, &error))?,
-                        }
-                    }
-                }
-                Record::Commit { .. } | Record::Blank | Record::Nothing => {}
-                Record::Bad(bad) => complaints.add(&bad)?,
-            }
-            if line % 65_536 == 0 {
-                progress.set_position(reader.bytes_read());
-            }
-        }
-        Ok((changes, complaints))
-    }
-
-    /// Where a point will be; those that have no position are refused while the line is known.
-    fn position(&self, [x, y]: [f64; 2]) -> Result<Position, CoordinateError> {
-        let position = Position::new(x, y)?;
-        self.resolution.map_or(Ok(position), |step| position.snapped(step))
-    }
-
-    fn compute(&self, changes: Vec<Change>, complaints: &mut Complaints) -> Result<(Arc<Frame>, u64), Failure> {
+    fn compute(&self, progress: &ProgressBar, complaints: &mut Complaints) -> Result<(Arc<Frame>, u64), Failure> {
         let mut pipeline = Pipeline::new(Options { resolution: self.resolution, ..Options::default() });
-        for change in changes {
-            for (index, refusal) in change.feed(&mut pipeline) {
-                complaints.add(&refused(change.points[index], change.lines[index], &refusal))?;
-            }
-        }
+        let source = Source {
+            file: self.file.clone(),
+            format: match self.input {
+                Input::Auto => None,
+                Input::Text => Some(Format::Text),
+                Input::Jsonl => Some(Format::JsonLines),
+            },
+            columns: self.columns.clone(),
+            resolution: self.resolution,
+        };
+        source.feed(&mut pipeline, complaints, progress)?;
+        progress.set_message("computing the skeleton");
+        progress.enable_steady_tick(std::time::Duration::from_millis(100));
         let points = pipeline.point_count();
         pipeline.commit(None);
         let frame = pipeline.poll_frame().context("the frame was taken before it was polled")?;
@@ -224,41 +159,4 @@ impl Compute {
         }
         Ok(())
     }
-}
-
-/// A run of points to insert, or to retract.
-#[derive(Default)]
-struct Change {
-    points: Vec<[f64; 2]>,
-    /// Of each point.
-    lines: Vec<u64>,
-    retracts: bool,
-}
-
-impl Change {
-    /// The last change if it is of this kind, else a new one.
-    fn last(changes: &mut Vec<Change>, retracts: bool) -> &mut Change {
-        if changes.last().is_none_or(|last| last.retracts != retracts) {
-            changes.push(Change { retracts, ..Change::default() });
-        }
-        let last = changes.len() - 1;
-        &mut changes[last]
-    }
-
-    fn add(&mut self, point: [f64; 2], line: u64) {
-        self.points.push(point);
-        self.lines.push(line);
-    }
-
-    fn feed(&self, pipeline: &mut Pipeline) -> Vec<(usize, Refusal)> {
-        match self.retracts {
-            true => pipeline.feed_retractions(&self.points),
-            false => pipeline.feed_points(&self.points, None),
-        }
-    }
-}
-
-/// How `daemon` says it too.
-fn refused([x, y]: [f64; 2], line: u64, reason: &dyn Display) -> String {
-    format!("line {line}, point ({x}, {y}): {reason}")
 }

@@ -1,7 +1,7 @@
 //! The command line: one file a subcommand, and what they share.
 //!
 //! In: parsed arguments. Out: a subcommand run. Invariants: every option that takes a scale takes a radius; every help text has an
-//! example. Must not know: how frames are computed, how threads are joined.
+//! example. Must not know: how frames are computed.
 
 mod args;
 mod compute;
@@ -9,6 +9,7 @@ mod formats;
 mod input;
 mod picture;
 mod serve;
+mod source;
 
 use clap::{Parser, Subcommand};
 

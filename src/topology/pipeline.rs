@@ -96,6 +96,11 @@ impl Pipeline {
         }
     }
 
+    /// Makes room for so many more points at once; less work later, no other effect.
+    pub fn reserve(&mut self, points: usize) {
+        self.cloud.reserve(points);
+    }
+
     /// Adds a point with its event time, if it has one.
     ///
     /// # Errors

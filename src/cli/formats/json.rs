@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::Answer;
 
 /// Elements that one thread makes into text at a time.
-const PIECE: usize = 16_384;
+const PIECE: usize = 4096;
 
 /// Writes the answer and a line end.
 pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
@@ -97,37 +97,37 @@ fn write_list<T: Sync, S: Serialize>(
     items: &[T],
     element: impl Fn(&T) -> S + Sync,
 ) -> io::Result<()> {
-    let text = |piece: &[T]| {
-        let mut text = Vec::with_capacity(piece.len() * 32);
-        collect(serde_json::Serializer::new(&mut text), piece.iter().map(&element)).map(|()| text)
+    let text = |piece: &[T], mut text: Vec<u8>| {
+        // Elements first: what they look up all over the memory is then waited for together.
+        let elements: Vec<S> = piece.iter().map(&element).collect();
+        text.clear();
+        serde_json::to_writer(&mut text, &elements).map(|()| text)
     };
     if items.len() <= PIECE {
-        return out.write_all(&text(items)?);
+        return out.write_all(&text(items, Vec::new())?);
     }
     let ahead = thread::available_parallelism().map_or(1, NonZero::get) + 1;
     thread::scope(|scope| {
         let mut workers = VecDeque::new();
         let mut pieces = items.chunks(PIECE);
+        // Memory that was written from is written to again: fresh memory costs more than the text does.
+        let mut spare: Vec<Vec<u8>> = Vec::new();
         let mut opening = b"[";
         loop {
-            let started = pieces.by_ref().take(ahead - workers.len()).map(|piece| scope.spawn(move || text(piece)));
-            workers.extend(started);
+            while let Some(piece) = (workers.len() < ahead).then(|| pieces.next()).flatten() {
+                let memory = spare.pop().unwrap_or_default();
+                workers.push_back(scope.spawn(move || text(piece, memory)));
+            }
             let Some(worker) = workers.pop_front() else { break };
             let text = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
             // Each piece is a list of its own: its bracket makes way for a comma, or stays at the very beginning.
             out.write_all(opening)?;
             out.write_all(&text[1..text.len() - 1])?;
             opening = b",";
+            spare.push(text);
         }
         out.write_all(b"]")
     })
-}
-
-fn collect<W: Write, S: Serialize>(
-    mut serializer: serde_json::Serializer<W>,
-    items: impl Iterator<Item = S>,
-) -> serde_json::Result<()> {
-    serde::Serializer::collect_seq(&mut serializer, items)
 }
 
 #[cfg(test)]
