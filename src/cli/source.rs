@@ -92,7 +92,7 @@ impl Source {
             // The error says its cause itself.
             let record = reader.next_record().map_err(|error| anyhow::anyhow!("in {}: {error}", self.file.display()));
             let sent = match record? {
-                None => return Ok(outbox.flush().unwrap_or(())),
+                None => return outbox.flush().or(Ok(())),
                 Some(Record::Points { points, .. }) => self.send(&mut outbox, points, line, false),
                 Some(Record::Retract { points }) => self.send(&mut outbox, points, line, true),
                 Some(Record::Commit { .. } | Record::Blank | Record::Nothing) => Ok(()),
