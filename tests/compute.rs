@@ -442,6 +442,17 @@ fn strict_stops_at_the_first_line_that_cannot_be_used() {
     assert_eq!(hopes("compute - --strict").reads(SQUARE), hopes("compute -").reads(SQUARE));
 }
 
+/// Neither for a bad line, which the thread that reads finds, nor for a refusal by the one that takes in.
+#[test]
+fn strict_does_not_wait_for_more_input() {
+    let mut running = hopes("compute - --strict --input text").start();
+    running.say("1,2\nx,3\n");
+    running.ends().fails(3, &["line 2,", "--strict stops here"]);
+    let mut running = hopes("compute - --strict --input jsonl").start();
+    running.say("[1,2]\n{\"retract\":[[3,4]]}\n");
+    running.ends().fails(3, &["line 2,", "to retract", "--strict stops here"]);
+}
+
 #[test]
 fn what_cannot_be_used_is_named_and_counted_and_the_rest_goes_on() {
     let input = "# made by hand\nx,y\n0,0\nnan,1\n1,0\n# more\nzwei,3\n1,1\n1e300,0\n4\n0,-inf\n0,1e-50\n0,1\n,\n";

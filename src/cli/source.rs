@@ -36,8 +36,11 @@ const SNIFFED: u64 = 4096;
 /// Points that go to the other thread together.
 const BATCH: usize = 16_384;
 
-/// After so many lines the number of all is estimated.
+/// After so many lines the number of all points is estimated.
 const SAMPLE: u64 = 1024;
+
+/// Room is made for at most so many points that are only expected.
+const FORESEEN: usize = 1 << 22;
 
 /// Batches that may wait there.
 const WAITING: usize = 4;
@@ -86,7 +89,7 @@ impl Source {
         let (format, bytes) = self.opened()?;
         let length = std::fs::metadata(&self.file).map_or(0, |data| data.len());
         let mut reader = Reader::new(bytes, format, self.columns.clone(), Limits::default());
-        let mut outbox = Outbox { sender, batch: Batch::default() };
+        let mut outbox = Outbox { sender, batch: Batch::default(), points: 0 };
         loop {
             let line = reader.line() + 1;
             // The error says its cause itself.
@@ -98,8 +101,10 @@ impl Source {
                 Some(Record::Commit { .. } | Record::Blank | Record::Nothing) => Ok(()),
                 Some(Record::Bad(bad)) => outbox.complain(&bad),
             };
-            let told = if line == SAMPLE { outbox.tell_more(line, reader.bytes_read(), length) } else { Ok(()) };
-            if let Err(Unheard) = sent.and(told) {
+            let told = if line == SAMPLE { outbox.tell_more(reader.bytes_read(), length) } else { Ok(()) };
+            // Nothing waits here while the source has nothing more to say.
+            let flushed = if reader.is_ready() { Ok(()) } else { outbox.flush() };
+            if let Err(Unheard) = sent.and(told).and(flushed) {
                 return Ok(());
             }
             if line % 65_536 == 0 {
@@ -149,6 +154,8 @@ impl Source {
 struct Outbox<'a> {
     sender: &'a SyncSender<Found>,
     batch: Batch,
+    /// So far.
+    points: u64,
 }
 
 impl Outbox<'_> {
@@ -159,14 +166,14 @@ impl Outbox<'_> {
         }
         self.batch.points.push(point);
         self.batch.lines.push(line);
+        self.points += 1;
         Ok(())
     }
 
-    /// Tells what is to come if the rest of the file is like the lines before. (A file that has grown since, or a pipe, is no harm.)
-    fn tell_more(&mut self, lines: u64, bytes: u64, length: u64) -> Result<(), Unheard> {
-        let more = u128::from(length.saturating_sub(bytes)) * u128::from(lines) / u128::from(bytes.max(1));
-        let more = usize::try_from(more).unwrap_or(0);
-        self.sender.send(Found::More(more)).map_err(|_| Unheard)
+    /// Tells what is to come if the rest of the file is like the lines before; only a guess, so it is held within bounds.
+    fn tell_more(&mut self, bytes: u64, length: u64) -> Result<(), Unheard> {
+        let more = length.saturating_sub(bytes) as f64 / bytes.max(1) as f64 * self.points as f64;
+        self.sender.send(Found::More((more as usize).min(FORESEEN))).map_err(|_| Unheard)
     }
 
     fn complain(&mut self, reason: &dyn Display) -> Result<(), Unheard> {
