@@ -57,7 +57,6 @@ pub mod stages {
     pub use super::basins::{Basins, OUTER_BASIN};
     pub use super::delaunay::{Delaunay, Update};
     pub use super::filtration::{Filtration, Maximum, Suspect};
-    pub use super::geometry::Circle;
     pub use super::mesh::{FaceEdges, Mesh, MeshEdge, OUTER_FACE};
     pub use super::reduction::{Link, Pair, Reduction, TotalOrder, reduce};
 }
