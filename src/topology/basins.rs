@@ -1,7 +1,7 @@
 //! The dual graph, contracted along the gradient flow: basins and the Gabriel edges between them.
 //!
 //! In: a [`Mesh`] and its [`Filtration`]. Out: one basin for each local maximum (basin 0 is that of the outer face), with
-//! its weight (the circumradius there) and the triangle that names it. Invariants: weights and naming triangles depend on
+//! its weight (the circumradius there) and the triangle that names it, and the links between them. Invariants: weights and naming triangles depend on
 //! the cloud alone: where sites lie on one circle, the face they bound may be cut into triangles in several ways, so its
 //! maximum is taken from one fixed way, the fan around its smallest vertex. Must not know: dots, skeletons, ids.
 
@@ -11,6 +11,7 @@ use super::filtration::{Filtration, Maximum, Suspect};
 use super::geometry::{are_cocircular, circumradius_squared, is_obtuse, orientation};
 use super::mesh::Mesh;
 use super::reduction::Link;
+use super::sorting::sort_by_key;
 
 /// The basin that everything outside flows to.
 pub const OUTER_BASIN: u32 = 0;
@@ -63,21 +64,22 @@ impl Basins {
     /// triangulations, by a triangle that does not depend on it.
     fn settle_cocircular(&mut self, mesh: &Mesh, flow: &[u32], mut suspects: Vec<Suspect>) {
         suspects.retain(|suspect| suspect.certain || is_on_circle(mesh, suspect.far, flow[suspect.face as usize]));
-        let mut is_on_next_circle = vec![false; if suspects.is_empty() { 0 } else { flow.len() }];
+        if suspects.is_empty() {
+            return;
+        }
+        // Of each face: one further along its flow on the same circle, or itself.
+        let mut along: Vec<u32> = (0..flow.len() as u32).collect();
         for suspect in &suspects {
-            is_on_next_circle[suspect.face as usize] = true;
+            along[suspect.face as usize] = flow[suspect.face as usize];
         }
         // Each triangle of a cocircular face that is not its maximum brings one more corner.
         let mut corners: Vec<(u32, u32)> = (suspects.iter())
             .filter_map(|suspect| {
-                let mut face = flow[suspect.face as usize];
-                while is_on_next_circle[face as usize] {
-                    face = flow[face as usize];
-                }
-                (flow[face as usize] == face).then(|| (self.of_face[face as usize], suspect.far))
+                let last = last_along(&mut along, suspect.face);
+                (flow[last as usize] == last).then(|| (self.of_face[last as usize], suspect.far))
             })
             .collect();
-        radsort::sort_by_key(&mut corners, |&(basin, _)| basin);
+        sort_by_key(&mut corners, |&(basin, _)| basin);
         let mut sites = Vec::new();
         for group in corners.chunk_by(|a, b| a.0 == b.0) {
             let maximum = &mut self.maxima[group[0].0 as usize];
@@ -117,6 +119,15 @@ impl Basins {
         let corners = |basin: u32| self.triangle(basin).map(|site| mesh.position(site));
         corners(a).cmp(&corners(b))
     }
+}
+
+/// The end of a way, which is shortened as it is walked: a circle may hold all of a cloud, and then the way is as long.
+fn last_along(along: &mut [u32], mut face: u32) -> u32 {
+    while along[face as usize] != face {
+        along[face as usize] = along[along[face as usize] as usize];
+        face = along[face as usize];
+    }
+    face
 }
 
 /// Exact: whether a site lies on the circle through a triangle's corners.

@@ -1,13 +1,12 @@
 //! The alpha filtration of a Delaunay triangulation, and its gradient flow.
 //!
-//! In: a [`Mesh`]. Out: the scale at which each simplex enters, which edges are Gabriel, to where each triangle flows, and the local maxima
-//! where flows end. A triangle with an obtuse or right angle enters at the very scale of the edge opposite to it (the
+//! In: a [`Mesh`]. Out: the Gabriel edges and their scales, to where each triangle flows, and the local maxima where flows end, with
+//! theirs. A triangle with an obtuse or right angle enters at the very scale of the edge opposite to it (the
 //! edge is "attached"), so the two cancel: the triangle flows across that edge. Flows end in triangles that hold their own
 //! circumcentre, the local maxima of the filtration, or in the outer face; so a dot is born at a Gabriel edge and dies at a
-//! local maximum, and nothing else is left to reduce. Invariants: Gabriel or attached is decided by exact signs; a scale is the
-//! minimum over the faces beside an edge, so no edge enters after a triangle of its own. Must not know: dots, skeletons.
+//! local maximum, and nothing else is left to reduce. Invariants: Gabriel or attached is decided by exact signs. Must not know: dots, skeletons.
 //!
-//! Scales: H. Edelsbrunner and J. Harer, "Computational Topology", section III.4; radii, not squared, at the interface.
+//! Scales: H. Edelsbrunner and J. Harer, "Computational Topology", section III.4; radii, here squared.
 
 use std::cmp::Ordering;
 
