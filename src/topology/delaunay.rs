@@ -28,9 +28,6 @@ const DEGREE_PER_BULK_VERTEX: usize = 30;
 /// A cloud is thin when it fills fewer than one in so many of the cells it could fill.
 const THIN_SHARE: usize = 32;
 
-/// So many sites tell whether a cloud is thin.
-const THIN_SAMPLE: usize = 1 << 15;
-
 /// Packed: a vertex of `spade` then takes 24 bytes rather than 32.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, packed(4))]
@@ -189,16 +186,16 @@ fn far_first(cloud: &Cloud) -> Vec<Site> {
 /// Loading such a cloud in bulk may take quadratic time, as spade works from the mean position outwards: a long run on one line is
 /// inserted as if nothing else were there, and sites seen from the mean in one direction are inserted last, each with a long search.
 fn is_thin(sites: &[Site]) -> bool {
-    let sample: Vec<Position> =
-        sites.iter().step_by(sites.len().div_ceil(THIN_SAMPLE).max(1)).map(|site| site.position).collect();
-    let side = (sample.len() as f64 / 4.0).sqrt().max(1.0);
-    let bounds = Bounds::of(sample.iter().copied());
+    let side = (sites.len() as f64 / 4.0).sqrt().max(1.0);
+    let positions = || sites.iter().map(|site| site.position);
+    let bounds = Bounds::of(positions());
     let mut filled = vec![false; (side as usize + 1).pow(2)];
-    for &position in &sample {
+    // Of all sites: a sample sees a coarser grid, on which twenty lines are no longer few.
+    for position in positions() {
         let [x, y] = bounds.cell(position, side);
         filled[x as usize * (side as usize + 1) + y as usize] = true;
     }
-    filled.into_iter().filter(|&filled| filled).count() * THIN_SHARE < sample.len()
+    filled.into_iter().filter(|&filled| filled).count() * THIN_SHARE < sites.len()
 }
 
 /// Inserts sites one by one in rounds, each of as many as all before it: drawn at random, then ordered along a curve. Takes near-linear time
@@ -381,5 +378,28 @@ fn read_plane(spade: &Spade, mesh: &mut Mesh) {
             ends: [there.from(), back.from()].map(|vertex| vertex.index() as u32),
             faces: [there.face(), back.face()].map(|face| face.index() as u32),
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sites(count: u32, at: impl Fn(u32, f64) -> [f64; 2]) -> Vec<Site> {
+        // Multiples of the golden ratio, but for their integers, are spread evenly.
+        let spread = |slot: u32| (f64::from(slot) * 0.618_033_988_749_894_9).fract();
+        let site = |slot: u32| {
+            let [x, y] = at(slot, spread(slot));
+            Site { position: Position::new(x, y).unwrap(), slot }
+        };
+        (0..count).map(site).collect()
+    }
+
+    /// Bulk loading takes ten times as long on such a cloud as rounds do.
+    #[test]
+    fn many_sites_on_twenty_lines_are_thin() {
+        let count = 200_000;
+        assert!(is_thin(&sites(count, |slot, along| [along, f64::from(slot % 20)])));
+        assert!(!is_thin(&sites(count, |slot, across| [f64::from(slot), across])));
     }
 }
