@@ -12,7 +12,7 @@
 //! it. To embed the core alone: `hopes = { version = "0.1", default-features = false }`.
 //!
 //! ```
-//! use hopes::topology::{Options, Pipeline, Snapshot, ViewSpec};
+//! use hopes::topology::{Follower, Options, Pipeline, Snapshot, ViewSpec};
 //!
 //! // Two squares that share a side: two holes, the larger one more persistent.
 //! let points = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [5.0, 0.0], [5.0, 2.0]];
@@ -29,15 +29,15 @@
 //! }
 //!
 //! // A consumer's state, and what changes in it when a point comes.
-//! let before = Snapshot::new(&frame.skeleton, &view);
+//! let mut follower = Follower::new(ViewSpec::default());
+//! let first = pipeline.poll_step(&mut follower).expect("it knows nothing yet");
+//! let before = Snapshot::default().apply(&first.diff)?;
 //! pipeline.feed_point(1.0, 3.5, None)?;
 //! pipeline.commit(None);
-//! let frame = pipeline.poll_frame().expect("a frame was committed");
-//! let after = Snapshot::new(&frame.skeleton, &frame.view(ViewSpec::default()));
-//! let diff = before.diff(&after);
-//! assert_eq!(diff.vertices_added.len(), 1);
-//! assert_eq!(before.apply(&diff), Ok(after));
-//! # Ok::<(), hopes::topology::Refusal>(())
+//! let step = pipeline.poll_step(&mut follower).expect("there is a new frame");
+//! assert_eq!(step.diff.vertices_added.len(), 1);
+//! assert_eq!(before.apply(&step.diff)?.checksum(), step.checksum);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 pub mod topology;

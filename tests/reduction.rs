@@ -5,7 +5,7 @@ mod common;
 use std::cmp::Ordering;
 
 use common::clouds::cases;
-use hopes::topology::stages::{Link, Pair, TotalOrder, reduce};
+use hopes::topology::stages::{Elders, Link, Pair, TotalOrder, reduce};
 use proptest::prelude::*;
 
 /// What a reduction gives, in lists.
@@ -139,7 +139,7 @@ struct Order<'a> {
     open: &'a [bool],
 }
 
-impl TotalOrder for Order<'_> {
+impl Elders for Order<'_> {
     fn weight(&self, node: u32) -> f64 {
         self.graph.weights[node as usize]
     }
@@ -147,13 +147,15 @@ impl TotalOrder for Order<'_> {
     fn break_node_tie(&self, a: u32, b: u32) -> Ordering {
         self.graph.node_ranks[a as usize].cmp(&self.graph.node_ranks[b as usize])
     }
+}
+
+impl TotalOrder for Order<'_> {
+    fn is_open(&self, node: u32) -> bool {
+        self.open[node as usize]
+    }
 
     fn break_link_tie(&self, edge: u32) -> u64 {
         self.graph.link_ranks[edge as usize].into()
-    }
-
-    fn is_open(&self, node: u32) -> bool {
-        self.open[node as usize]
     }
 }
 

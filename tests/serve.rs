@@ -661,3 +661,27 @@ mod under_load {
         assert_noise_passes("--input jsonl", "", "\n[0,0]\n\n");
     }
 }
+
+// ---- tiles
+
+/// Small changes of a larger cloud are followed in tiles, on any number of threads, and checked against recomputation.
+#[test]
+fn threads_and_checks_change_nothing() {
+    let mut random = Random::new(11);
+    let point = |_| {
+        let [x, y] = random.point();
+        format!("{x},{y}\n")
+    };
+    let input: String = (0..6000).map(point).collect();
+    let said = |more: &str| hopes("serve --window points:3000 --frame-points 100").and(more).reads(&input).text();
+    let alone = said("--threads 1");
+    assert_eq!(alone.lines().count(), 60);
+    for more in ["", "--threads 2", "--threads 8", "--threads 2 --check"] {
+        assert!(said(more) == alone, "the output differs with {more:?}");
+    }
+}
+
+#[test]
+fn no_threads_at_all_are_refused() {
+    hopes("serve --threads 0").reads("").fails(2, &["--threads", "0"]);
+}

@@ -4,6 +4,7 @@
 //! handed on at once when no further line is waiting. Must not know: what the engine does with them.
 
 use std::io::{self, Read};
+use std::num::NonZeroUsize;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
@@ -48,6 +49,12 @@ pub struct Serve {
     /// Stop at the first line or point that cannot be used (exit code 3).
     #[arg(long)]
     strict: bool,
+    /// Reduce tiles on so many threads; the output is the same on any number [default: one for each processor].
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    /// Recompute every frame from scratch and compare; stop at a difference (exit code 1). Slow: for those who want to be sure.
+    #[arg(long)]
+    check: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -74,6 +81,8 @@ impl Serve {
             frame_points: self.frame_points,
             frame_every: self.frame_every,
             strict: self.strict,
+            check: self.check,
+            threads: self.threads,
         };
         let format = match self.input {
             InputFormat::Text => Format::Text,

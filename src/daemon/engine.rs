@@ -7,7 +7,7 @@
 use std::time::Instant;
 
 use crossbeam_channel::{Receiver, Sender, select};
-use hopes::topology::{Pipeline, Refusal, Snapshot};
+use hopes::topology::{Follower, Pipeline, Refusal};
 
 use super::complaints::Complaints;
 use super::frame_line::FrameLine;
@@ -26,8 +26,8 @@ pub struct Engine {
     pipeline: Pipeline,
     lines: Sender<FrameLine>,
     complaints: Complaints,
-    /// What consumers have by now.
-    shown: Snapshot,
+    /// Knows what consumers have by now.
+    follower: Follower,
     frames: u64,
     /// Complaints that former frames have told of.
     told: u64,
@@ -49,9 +49,9 @@ impl Engine {
         Self {
             pipeline: Pipeline::new(settings.options),
             complaints: Complaints::new(settings.strict),
+            follower: Follower::new(settings.view),
             settings,
             lines,
-            shown: Snapshot::default(),
             frames: 0,
             told: 0,
             points: 0,
@@ -84,16 +84,16 @@ impl Engine {
     fn handle(&mut self, event: Event) -> Result<Next, DaemonError> {
         match event {
             Event::Input(input) => self.take(input),
-            Event::Tick => Ok(self.close_frame(None)),
+            Event::Tick => self.close_frame(None),
             Event::InputEnded => {
                 if self.pending || self.frames == 0 {
-                    self.close_frame(None);
+                    self.close_frame(None)?;
                 }
                 Ok(Next::Stop)
             }
             Event::Signal(name) => {
                 if self.pending {
-                    self.close_frame(None);
+                    self.close_frame(None)?;
                 }
                 tracing::info!("{name}: stopped after frame {}", self.frames);
                 Ok(Next::Stop)
@@ -107,7 +107,7 @@ impl Engine {
                 if let Some(Err(refusal)) = time.map(|time| self.pipeline.feed_time(time)) {
                     self.complaints.add(&refusal)?;
                 }
-                return Ok(self.close_frame(time));
+                return self.close_frame(time);
             }
             Input::Points(points) => {
                 for point in points {
@@ -143,7 +143,7 @@ impl Engine {
         }
         self.complain(point, answer)?;
         match self.settings.frame_points {
-            Some(limit) if self.points >= limit => Ok(self.close_frame(None)),
+            Some(limit) if self.points >= limit => self.close_frame(None),
             _ => Ok(Next::GoOn),
         }
     }
@@ -157,19 +157,18 @@ impl Engine {
     }
 
     /// Closes the frame in hand and sends its line; waits while the writer is behind.
-    fn close_frame(&mut self, time: Option<f64>) -> Next {
+    fn close_frame(&mut self, time: Option<f64>) -> Result<Next, DaemonError> {
         self.pipeline.commit(time.or(self.newest_time));
-        let Some(frame) = self.pipeline.poll_frame() else { return Next::GoOn };
-        let view = frame.view(self.settings.view);
-        let snapshot = Snapshot::new(&frame.skeleton, &view);
-        let diff = self.shown.diff(&snapshot);
+        let Some(step) = self.pipeline.poll_step(&mut self.follower) else { return Ok(Next::GoOn) };
+        if self.settings.check {
+            self.pipeline.check(&self.follower)?;
+        }
         let rejected = self.complaints.count() - self.told;
-        let line = FrameLine::new(&frame, self.frames, &view, &diff, snapshot.checksum(), rejected);
-        self.shown = snapshot;
-        self.frames = frame.number;
+        self.frames = step.number;
         self.told += rejected;
         self.points = 0;
         self.pending = false;
-        if self.lines.send(line).is_ok() { Next::GoOn } else { Next::Stop }
+        let line = FrameLine::new(&step, rejected);
+        Ok(if self.lines.send(line).is_ok() { Next::GoOn } else { Next::Stop })
     }
 }

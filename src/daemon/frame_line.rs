@@ -1,9 +1,9 @@
 //! A frame as a JSON line; its keys stand in the README.
 //!
-//! In: a frame, its view, and the diff from the frame before. Out: a value that serializes. Invariants: its size is that of the diff;
+//! In: a step from one frame to the next. Out: a value that serializes. Invariants: its size is that of the diff;
 //! numbers that are not finite are null. Must not know: channels.
 
-use hopes::topology::{Checksum, Critical, Diff, EdgeId, Frame, Vertex, View, ViewSpec};
+use hopes::topology::{Checksum, Critical, EdgeId, Step, Vertex, ViewSpec};
 use serde::{Serialize, Serializer};
 
 /// One line of `serve`'s output.
@@ -58,16 +58,17 @@ struct CriticalEdges {
 }
 
 impl FrameLine {
-    /// The line of a frame, as a diff from frame `from`; `rejected` since then.
-    pub fn new(frame: &Frame, from: u64, view: &View, diff: &Diff, checksum: Checksum, rejected: u64) -> Self {
+    /// The line of a step; so many points were rejected since the one before.
+    pub fn new(step: &Step, rejected: u64) -> Self {
+        let diff = &step.diff;
         Self {
             stream: "default",
-            frame: frame.number,
-            from,
-            time: frame.time,
-            points: frame.skeleton.vertices().len(),
+            frame: step.number,
+            from: step.from,
+            time: step.time,
+            points: step.vertices,
             rejected,
-            view: ViewLine { kind: kind(view), components: view.components, cycles: view.cycles },
+            view: ViewLine { kind: kind(step), components: step.components, cycles: step.cycles },
             vertices: Vertices {
                 add: diff.vertices_added.iter().map(vertex).collect(),
                 del: diff.vertices_removed.iter().map(|id| id.0).collect(),
@@ -77,17 +78,17 @@ impl FrameLine {
                 set: diff.critical_set.iter().map(labelled).collect(),
                 del: ends(&diff.critical_removed),
             },
-            checksum,
+            checksum: step.checksum,
         }
     }
 }
 
-fn kind(view: &View) -> Kind {
-    match view.spec {
+fn kind(step: &Step) -> Kind {
+    match step.spec {
         ViewSpec::Full => Kind::Full,
         ViewSpec::Reduced { alpha } => Kind::Reduced { alpha },
         ViewSpec::Derived { k, l } => {
-            let selection = view.selection.as_ref();
+            let selection = step.selection.as_ref();
             Kind::Derived {
                 k: k.get(),
                 l: l.get(),

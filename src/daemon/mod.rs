@@ -18,11 +18,12 @@ mod signals;
 mod writer;
 
 use std::io::Write;
+use std::num::NonZeroUsize;
 use std::thread;
 use std::time::Duration;
 
 use crossbeam_channel::{Sender, bounded, never, tick};
-use hopes::topology::{Options, ViewSpec};
+use hopes::topology::{Contradiction, Options, ViewSpec};
 use thiserror::Error;
 
 pub use complaints::{Complaints, StrictStop};
@@ -67,6 +68,10 @@ pub struct Settings {
     pub frame_every: Option<Duration>,
     /// Stop at the first thing that cannot be used.
     pub strict: bool,
+    /// Recompute every frame from scratch, and stop where it differs.
+    pub check: bool,
+    /// So many threads reduce tiles; as many as there are processors, if none is given.
+    pub threads: Option<NonZeroUsize>,
 }
 
 /// Why the daemon stopped before its input ended.
@@ -75,6 +80,12 @@ pub enum DaemonError {
     /// Under `strict`.
     #[error(transparent)]
     Refused(#[from] StrictStop),
+    /// Under `check`.
+    #[error(transparent)]
+    Contradiction(#[from] Contradiction),
+    /// Threads could not be started.
+    #[error("cannot start the threads that reduce tiles: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
     /// The source failed.
     #[error("cannot read the input: {0}")]
     Source(String),
@@ -116,6 +127,9 @@ pub fn run(
     source: impl FnOnce(Feed) + Send + 'static,
     sink: impl Write + Send + 'static,
 ) -> Result<(), DaemonError> {
+    if let Some(threads) = settings.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global()?;
+    }
     let signals = signals::channel().map_err(DaemonError::Start)?;
     let (input_sender, inputs) = bounded(INPUTS);
     let (line_sender, lines) = bounded(FRAMES);

@@ -7,8 +7,9 @@
 
 use std::cmp::Ordering;
 
+use super::cocircular::central_triangle;
 use super::filtration::{Filtration, Maximum, Suspect};
-use super::geometry::{are_cocircular, circumradius_squared, is_obtuse, orientation};
+use super::geometry::{are_cocircular, circumradius_squared};
 use super::mesh::Mesh;
 use super::reduction::Link;
 use super::sorting::sort_by_key;
@@ -84,9 +85,9 @@ impl Basins {
         for group in corners.chunk_by(|a, b| a.0 == b.0) {
             let maximum = &mut self.maxima[group[0].0 as usize];
             sites.clear();
-            sites.extend(maximum.triangle);
-            sites.extend(group.iter().map(|&(_, far)| far));
-            maximum.triangle = central_triangle(mesh, &mut sites);
+            let corners = maximum.triangle.into_iter().chain(group.iter().map(|&(_, far)| far));
+            sites.extend(corners.map(|site| (mesh.position(site), site)));
+            maximum.triangle = central_triangle(&mut sites).map(|(_, site)| site);
             maximum.radius_squared = circumradius_squared(maximum.triangle.map(|site| mesh.position(site)));
         }
     }
@@ -134,19 +135,4 @@ fn last_along(along: &mut [u32], mut face: u32) -> u32 {
 fn is_on_circle(mesh: &Mesh, site: u32, face: u32) -> bool {
     let [a, b, c] = mesh.corners(face).map(|site| mesh.position(site));
     are_cocircular(a, b, c, mesh.position(site))
-}
-
-/// Of the fan of triangles around the smallest of the sites on a circle: the one that holds the centre (the later one by
-/// position, if the centre is on the border of two).
-fn central_triangle(mesh: &Mesh, sites: &mut [u32]) -> [u32; 3] {
-    let at = |site: u32| mesh.position(site);
-    let smallest = (0..sites.len()).min_by_key(|&index| at(sites[index])).unwrap_or(0);
-    sites.swap(0, smallest);
-    let (&mut apex, around) = sites.split_first_mut().expect("a triangle has corners");
-    // The apex is the smallest, so all others lie within half a turn around it.
-    around.sort_unstable_by(|&a, &b| orientation(at(apex), at(b), at(a)));
-    let fan = around.windows(2).map(|pair| mesh.by_position([apex, pair[0], pair[1]]));
-    fan.filter(|triangle| !is_obtuse(triangle.map(at)))
-        .max_by_key(|triangle| triangle.map(at))
-        .expect("a maximum holds the centre of its circle, and a fan leaves no gap")
 }

@@ -283,6 +283,11 @@ impl Cloud {
         self.places[slot as usize].vertex.position
     }
 
+    /// The vertex in a slot (the last one, if it is gone).
+    pub fn vertex(&self, slot: Slot) -> Vertex {
+        self.places[slot as usize].vertex
+    }
+
     /// Name of the vertex in a slot (of the last one, if it is gone).
     pub fn id(&self, slot: Slot) -> VertexId {
         self.places[slot as usize].vertex.id

@@ -1,16 +1,20 @@
 //! The dynamic Delaunay triangulation of the cloud; the one file that imports `spade`.
 //!
-//! In: a [`Cloud`] and what its last commit changed. Out: a [`Mesh`]. Invariants: the sites are the cloud's vertices as of the
+//! In: a [`Cloud`] and what its last commit changed. Out: a [`Mesh`] of all, or the surroundings of one vertex by half-edges, and word to a
+//! [`Watcher`] of every vertex that comes or goes. Invariants: the sites are the cloud's vertices as of the
 //! last change applied; `spade` never sees a duplicate, nor a cloud that lies on one line (there it would take
 //! O(n log n) an insertion): such a cloud is kept as a sorted path until a point leaves the line. No handle of `spade`
 //! leaves this file. Must not know: scales, ids of vertices.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Bound;
 
-use spade::handles::FixedVertexHandle;
+use hashbrown::HashTable;
+use spade::handles::{DirectedEdgeHandle, FixedDirectedEdgeHandle, FixedVertexHandle};
 use spade::{DelaunayTriangulation, HasPosition, LastUsedVertexHintGenerator, Point2, Triangulation};
 
 use super::cloud::{Cloud, CloudChange, Slot};
+use super::cocircular::Located;
 use super::geometry::are_collinear;
 use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
 use super::position::Position;
@@ -65,6 +69,101 @@ pub enum Update {
     Bulk,
 }
 
+/// Told of each step of a change. A bulk load is not told of.
+pub trait Watcher {
+    /// A vertex has come: its triangles are new, and so are the surroundings of its neighbours. Gives the number of these.
+    fn has_come(&mut self, plane: Plane<'_>, out: HalfEdge) -> usize;
+    /// A vertex is about to go. Gives the number of its neighbours.
+    fn will_go(&mut self, plane: Plane<'_>, out: HalfEdge) -> usize;
+    /// On a line, the neighbours of a vertex in this slot are new.
+    fn has_new_neighbours(&mut self, slot: Slot);
+    /// Where the search for a vertex that is about to be inserted best begins: at some vertex that was there before the change; at the last one
+    /// that was inserted, if none is given.
+    fn near(&mut self, position: Position, slot: Slot) -> Option<Slot>;
+}
+
+/// Nobody watches.
+impl Watcher for () {
+    fn has_come(&mut self, plane: Plane<'_>, out: HalfEdge) -> usize {
+        plane.handle(out).from().out_edges().count()
+    }
+    fn will_go(&mut self, plane: Plane<'_>, out: HalfEdge) -> usize {
+        plane.handle(out).from().out_edges().count()
+    }
+    fn has_new_neighbours(&mut self, _: Slot) {}
+    fn near(&mut self, _: Position, _: Slot) -> Option<Slot> {
+        None
+    }
+}
+
+/// A directed edge. Changes of the triangulation give it another meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HalfEdge(FixedDirectedEdgeHandle);
+
+/// A way to look around in a triangulation, half-edge by half-edge.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane<'a>(&'a Spade);
+
+type Directed<'a> = DirectedEdgeHandle<'a, Site, (), (), ()>;
+
+impl<'a> Plane<'a> {
+    #[inline]
+    fn handle(self, edge: HalfEdge) -> Directed<'a> {
+        self.0.directed_edge(edge.0)
+    }
+
+    #[inline]
+    fn half_edge(edge: Directed<'_>) -> HalfEdge {
+        HalfEdge(edge.fix())
+    }
+
+    /// The same edge in the other direction.
+    #[inline]
+    pub fn twin(self, edge: HalfEdge) -> HalfEdge {
+        Self::half_edge(self.handle(edge).rev())
+    }
+
+    /// The next one around the face on the left.
+    #[inline]
+    pub fn next(self, edge: HalfEdge) -> HalfEdge {
+        Self::half_edge(self.handle(edge).next())
+    }
+
+    /// The one before around the face on the left.
+    #[inline]
+    pub fn previous(self, edge: HalfEdge) -> HalfEdge {
+        Self::half_edge(self.handle(edge).prev())
+    }
+
+    /// The next one out of the same vertex, counter-clockwise.
+    #[inline]
+    pub fn turn(self, edge: HalfEdge) -> HalfEdge {
+        Self::half_edge(self.handle(edge).ccw())
+    }
+
+    /// Where it comes from.
+    #[inline]
+    pub fn origin(self, edge: HalfEdge) -> Located<Slot> {
+        let site = *self.handle(edge).from().data();
+        (site.position, site.slot)
+    }
+
+    /// Whether the face on its left is the outer one.
+    #[inline]
+    pub fn is_outer(self, edge: HalfEdge) -> bool {
+        self.handle(edge).is_outer_edge()
+    }
+}
+
+/// What is around a vertex.
+#[derive(Clone, Copy, Debug)]
+pub enum Surroundings<'a> {
+    /// All sites lie on one line: its neighbours on either side.
+    Line([Option<Located<Slot>>; 2]),
+    /// A half-edge out of it.
+    Plane(Plane<'a>, HalfEdge),
+}
+
 /// The Delaunay triangulation of a cloud, kept up to date.
 #[derive(Clone, Debug)]
 pub struct Delaunay {
@@ -80,11 +179,24 @@ impl Default for Delaunay {
 }
 
 impl Delaunay {
-    /// Follows the cloud from its commit before to its last one.
+    /// Follows the cloud from its commit before to its last one, in the way that is faster for the triangulation alone.
     pub fn apply(&mut self, cloud: &Cloud, change: &CloudChange) -> Update {
-        self.handles.resize(cloud.slot_count(), 0);
         let changed = change.appeared.len() + change.vanished.len();
-        if changed * BULK_SHARE > cloud.vertex_count() || !self.step(cloud, change) {
+        let update = if changed * BULK_SHARE > cloud.vertex_count() { Update::Bulk } else { Update::Stepwise };
+        self.apply_by(update, cloud, change, &mut ())
+    }
+
+    /// The same in a way that is chosen outside, with somebody watching the steps. Where steps turn out to take too long, or end
+    /// on a line, it is done in bulk after all; what was told before means nothing then.
+    pub fn apply_by(
+        &mut self,
+        update: Update,
+        cloud: &Cloud,
+        change: &CloudChange,
+        watcher: &mut impl Watcher,
+    ) -> Update {
+        self.handles.resize(cloud.slot_count(), 0);
+        if update == Update::Bulk || !self.step(cloud, change, watcher) {
             self.rebuild(cloud);
             Update::Bulk
         } else {
@@ -101,10 +213,23 @@ impl Delaunay {
     }
 
     /// Applies a change vertex by vertex; false when it has to be done in bulk after all (the triangulation is then half changed).
-    fn step(&mut self, cloud: &Cloud, change: &CloudChange) -> bool {
+    fn step(&mut self, cloud: &Cloud, change: &CloudChange, watcher: &mut impl Watcher) -> bool {
         match &mut self.shape {
-            Shape::Line(path) => step_on_line(path, cloud, change),
-            Shape::Plane(spade) => step_in_plane(spade, &mut self.handles, cloud, change),
+            Shape::Line(path) => step_on_line(path, cloud, change, watcher),
+            Shape::Plane(spade) => step_in_plane(spade, &mut self.handles, cloud, change, watcher),
+        }
+    }
+
+    /// What is around the vertex at a position, which the cloud keeps in that slot.
+    #[inline]
+    pub fn around(&self, slot: Slot, position: Position) -> Surroundings<'_> {
+        match &self.shape {
+            Shape::Line(path) => Surroundings::Line(neighbours(path, position)),
+            Shape::Plane(spade) => {
+                let vertex = spade.vertex(vertex_handle(&self.handles, slot));
+                let out = vertex.out_edge().expect("a vertex of a triangulation has edges");
+                Surroundings::Plane(Plane(spade), Plane::half_edge(out))
+            }
         }
     }
 
@@ -153,7 +278,7 @@ impl Delaunay {
             Shape::Plane(spade) => {
                 assert!(!spade.all_vertices_on_line());
                 for (slot, vertex) in cloud.vertices() {
-                    let handle = FixedVertexHandle::from_index(self.handles[slot as usize] as usize);
+                    let handle = vertex_handle(&self.handles, slot);
                     let site = *spade.vertex(handle).data();
                     assert_eq!((site.slot, site.position), (slot, vertex.position));
                 }
@@ -188,7 +313,7 @@ fn far_first(cloud: &Cloud) -> Vec<Site> {
 fn is_thin(sites: &[Site]) -> bool {
     let side = (sites.len() as f64 / 4.0).sqrt().max(1.0);
     let positions = || sites.iter().map(|site| site.position);
-    let bounds = Bounds::of(positions());
+    let bounds = Bounds::of(positions(), SAMPLE);
     let mut filled = vec![false; (side as usize + 1).pow(2)];
     // Of all sites: a sample sees a coarser grid, on which twenty lines are no longer few.
     for position in positions() {
@@ -233,13 +358,29 @@ fn lies_on_a_line(mut positions: impl Iterator<Item = Position>) -> bool {
     positions.all(|position| are_collinear(first, second, position))
 }
 
-fn step_on_line(path: &mut BTreeMap<Position, Slot>, cloud: &Cloud, change: &CloudChange) -> bool {
+/// The neighbours of a position on a line, whether it is taken or not.
+fn neighbours(path: &BTreeMap<Position, Slot>, position: Position) -> [Option<Located<Slot>>; 2] {
+    let left = path.range(..position).next_back();
+    let right = path.range((Bound::Excluded(position), Bound::Unbounded)).next();
+    [left, right].map(|neighbour| neighbour.map(|(&position, &slot)| (position, slot)))
+}
+
+fn step_on_line(
+    path: &mut BTreeMap<Position, Slot>,
+    cloud: &Cloud,
+    change: &CloudChange,
+    watcher: &mut impl Watcher,
+) -> bool {
     for &slot in &change.vanished {
         path.remove(&cloud.position(slot));
     }
     let stayed = path.first_key_value().zip(path.last_key_value()).map(|((&first, _), (&last, _))| (first, last));
     for &slot in &change.appeared {
         path.insert(cloud.position(slot), slot);
+    }
+    for &slot in change.vanished.iter().chain(&change.appeared) {
+        let changed = neighbours(path, cloud.position(slot)).into_iter().flatten();
+        changed.for_each(|(_, neighbour)| watcher.has_new_neighbours(neighbour));
     }
     match stayed {
         Some((first, last)) if first < last => {
@@ -249,23 +390,35 @@ fn step_on_line(path: &mut BTreeMap<Position, Slot>, cloud: &Cloud, change: &Clo
     }
 }
 
-fn step_in_plane(spade: &mut Spade, handles: &mut [u32], cloud: &Cloud, change: &CloudChange) -> bool {
-    let (appeared, vanished) = hand_on(spade, handles, cloud, change);
+fn step_in_plane(
+    spade: &mut Spade,
+    handles: &mut [u32],
+    cloud: &Cloud,
+    change: &CloudChange,
+    watcher: &mut impl Watcher,
+) -> bool {
+    let (appeared, vanished) = hand_on(spade, handles, cloud, change, watcher);
     // Insertions first: the cloud then meets a line only if it ends on one.
     let mut budget = DEGREE_PER_BULK_VERTEX * cloud.vertex_count();
     for place in along_curve(appeared.iter().map(|&slot| cloud.position(slot))) {
         let slot = appeared[place];
         let site = Site { position: cloud.position(slot), slot };
-        let handle = spade.insert(site).expect("positions are inside the limits, which are spade's");
+        let inserted = match watcher.near(site.position, slot) {
+            Some(near) => spade.insert_with_hint(site, vertex_handle(handles, near)),
+            None => spade.insert(site),
+        };
+        let handle = inserted.expect("positions are inside the limits, which are spade's");
         handles[slot as usize] = handle.index() as u32;
-        let Some(left) = budget.checked_sub(degree(spade, handle)) else { return false };
+        let degree = watcher.has_come(Plane(spade), out_of(spade, handle));
+        let Some(left) = budget.checked_sub(degree) else { return false };
         budget = left;
     }
     let mut budget = SQUARED_DEGREE_PER_BULK_VERTEX * cloud.vertex_count();
     for place in along_curve(vanished.iter().map(|&slot| cloud.position(slot))) {
         let slot = vanished[place];
-        let handle = FixedVertexHandle::from_index(handles[slot as usize] as usize);
-        let Some(left) = budget.checked_sub(degree(spade, handle).pow(2)) else { return false };
+        let handle = vertex_handle(handles, slot);
+        let degree = watcher.will_go(Plane(spade), out_of(spade, handle));
+        let Some(left) = budget.checked_sub(degree.pow(2)) else { return false };
         budget = left;
         remove(spade, handles, handle);
         if spade.all_vertices_on_line() {
@@ -275,23 +428,59 @@ fn step_in_plane(spade: &mut Spade, handles: &mut [u32], cloud: &Cloud, change: 
     true
 }
 
-fn degree(spade: &Spade, handle: FixedVertexHandle) -> usize {
-    spade.vertex(handle).out_edges().count()
+fn vertex_handle(handles: &[u32], slot: Slot) -> FixedVertexHandle {
+    FixedVertexHandle::from_index(handles[slot as usize] as usize)
+}
+
+fn out_of(spade: &Spade, handle: FixedVertexHandle) -> HalfEdge {
+    Plane::half_edge(spade.vertex(handle).out_edge().expect("a vertex of a triangulation has edges"))
 }
 
 /// A position that was left and taken again between two changes taken keeps its site, under the new slot. Gives the slots that really
 /// appear and vanish.
-fn hand_on(spade: &mut Spade, handles: &mut [u32], cloud: &Cloud, change: &CloudChange) -> (Vec<Slot>, Vec<Slot>) {
-    let mut left: BTreeMap<Position, Slot> = change.vanished.iter().map(|&slot| (cloud.position(slot), slot)).collect();
-    let mut appeared = change.appeared.clone();
+fn hand_on(
+    spade: &mut Spade,
+    handles: &mut [u32],
+    cloud: &Cloud,
+    change: &CloudChange,
+    watcher: &mut impl Watcher,
+) -> (Vec<Slot>, Vec<Slot>) {
+    let (mut appeared, mut vanished) = (change.appeared.clone(), change.vanished.clone());
+    let returned = returned(cloud, change);
+    if returned.is_empty() {
+        return (appeared, vanished);
+    }
+    let kept: BTreeSet<Slot> = returned.values().copied().collect();
+    vanished.retain(|slot| !kept.contains(slot));
     appeared.retain(|&slot| {
-        let Some(old) = left.remove(&cloud.position(slot)) else { return true };
+        let Some(&old) = returned.get(&slot) else { return true };
         let handle = handles[old as usize];
         handles[slot as usize] = handle;
-        spade.vertex_data_mut(FixedVertexHandle::from_index(handle as usize)).slot = slot;
+        let handle = FixedVertexHandle::from_index(handle as usize);
+        watcher.will_go(Plane(spade), out_of(spade, handle));
+        spade.vertex_data_mut(handle).slot = slot;
+        watcher.has_come(Plane(spade), out_of(spade, handle));
         false
     });
-    (appeared, left.into_values().collect())
+    (appeared, vanished)
+}
+
+/// Of slots that appear where others vanish: these.
+fn returned(cloud: &Cloud, change: &CloudChange) -> BTreeMap<Slot, Slot> {
+    let hash = |slot: Slot| {
+        let [x, y] = cloud.position(slot).xy().map(f64::to_bits);
+        let mixed = (x ^ y.rotate_left(32)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        mixed ^ (mixed >> 32)
+    };
+    let mut left = HashTable::with_capacity(change.vanished.len());
+    for &slot in &change.vanished {
+        left.insert_unique(hash(slot), slot, |&slot| hash(slot));
+    }
+    let same = |&slot: &Slot| {
+        let old = left.find(hash(slot), |&old| cloud.position(old) == cloud.position(slot))?;
+        Some((slot, *old))
+    };
+    change.appeared.iter().filter_map(same).collect()
 }
 
 fn remove(spade: &mut Spade, handles: &mut [u32], handle: FixedVertexHandle) {
@@ -308,12 +497,13 @@ struct Bounds {
     high: [f64; 2],
 }
 
-/// So many positions tell how all are spread.
+/// So many positions tell how all are spread, and so many well enough to put them in some order.
 const SAMPLE: usize = 1024;
+const SMALL_SAMPLE: usize = 64;
 
 impl Bounds {
-    fn of(positions: impl ExactSizeIterator<Item = Position>) -> Self {
-        let stride = positions.len().div_ceil(SAMPLE).max(1);
+    fn of(positions: impl ExactSizeIterator<Item = Position>, sample: usize) -> Self {
+        let stride = positions.len().div_ceil(sample).max(1);
         let sample: Vec<Position> = positions.step_by(stride).collect();
         let range = |axis: usize| {
             let mut values: Vec<f64> = sample.iter().map(|position| position.xy()[axis]).collect();
@@ -334,8 +524,8 @@ impl Bounds {
 }
 
 /// Places of the positions, ordered so that neighbours in the order are near in the plane (Morton order in their bounding box).
-fn along_curve(positions: impl ExactSizeIterator<Item = Position> + Clone) -> Vec<usize> {
-    let bounds = Bounds::of(positions.clone());
+pub fn along_curve(positions: impl ExactSizeIterator<Item = Position> + Clone) -> Vec<usize> {
+    let bounds = Bounds::of(positions.clone(), SMALL_SAMPLE);
     let mut keyed: Vec<(u32, u32)> = (positions.zip(0..))
         .map(|(position, place)| {
             let [x, y] = bounds.cell(position, f64::from(u16::MAX));

@@ -162,17 +162,58 @@ impl Snapshot {
 
     /// Proves equality: see [`Checksum`].
     pub fn checksum(&self) -> Checksum {
-        let vertices = self.vertices.iter().map(|v| {
-            let [x, y] = v.position.xy().map(f64::to_bits);
-            hash(&[1, v.id.0, x, y])
-        });
-        let tree = self.tree.iter().map(|[a, b]| hash(&[2, a.0, b.0]));
-        let critical = self.critical.iter().map(|critical| {
-            let [a, b] = critical.edge;
-            hash(&[3, a.0, b.0, critical.birth.to_bits(), critical.death.to_bits()])
-        });
-        Checksum(vertices.chain(tree).chain(critical).fold(0, u64::wrapping_add))
+        let mut checksum = Checksum::default();
+        self.vertices.iter().for_each(|vertex| checksum.add_vertex(vertex));
+        self.tree.iter().for_each(|edge| checksum.add_tree(edge));
+        self.critical.iter().for_each(|critical| checksum.add_critical(critical));
+        checksum
     }
+}
+
+impl Checksum {
+    /// Counts a vertex in.
+    pub fn add_vertex(&mut self, vertex: &Vertex) {
+        self.0 = self.0.wrapping_add(hash_of_vertex(vertex));
+    }
+
+    /// Counts a vertex out.
+    pub fn remove_vertex(&mut self, vertex: &Vertex) {
+        self.0 = self.0.wrapping_sub(hash_of_vertex(vertex));
+    }
+
+    /// Counts a tree edge in.
+    pub fn add_tree(&mut self, edge: &EdgeId) {
+        self.0 = self.0.wrapping_add(hash_of_tree(edge));
+    }
+
+    /// Counts a tree edge out.
+    pub fn remove_tree(&mut self, edge: &EdgeId) {
+        self.0 = self.0.wrapping_sub(hash_of_tree(edge));
+    }
+
+    /// Counts a critical edge in.
+    pub fn add_critical(&mut self, critical: &Critical) {
+        self.0 = self.0.wrapping_add(hash_of_critical(critical));
+    }
+
+    /// Counts a critical edge out.
+    pub fn remove_critical(&mut self, critical: &Critical) {
+        self.0 = self.0.wrapping_sub(hash_of_critical(critical));
+    }
+}
+
+fn hash_of_vertex(vertex: &Vertex) -> u64 {
+    let [x, y] = vertex.position.xy().map(f64::to_bits);
+    hash(&[1, vertex.id.0, x, y])
+}
+
+fn hash_of_tree([a, b]: &EdgeId) -> u64 {
+    hash(&[2, a.0, b.0])
+}
+
+fn hash_of_critical(critical: &Critical) -> u64 {
+    let [a, b] = critical.edge;
+    hash(&[3, a.0, b.0, critical.birth.to_bits(), critical.death.to_bits()])
 }
 
 impl Diff {
@@ -183,7 +224,12 @@ impl Diff {
 }
 
 /// Walks two sorted lists in step: elements of one alone, or of both by equal keys.
-fn merge<T, K: Ord>(old: &[T], new: &[T], key: impl Fn(&T) -> K, mut visit: impl FnMut((Option<&T>, Option<&T>))) {
+pub(super) fn merge<T, K: Ord>(
+    old: &[T],
+    new: &[T],
+    key: impl Fn(&T) -> K,
+    mut visit: impl FnMut((Option<&T>, Option<&T>)),
+) {
     let (mut old, mut new) = (old.iter().peekable(), new.iter().peekable());
     loop {
         let order = match (old.peek(), new.peek()) {

@@ -66,7 +66,7 @@ pub fn diagonal_gaps(skeleton: &Skeleton) -> Vec<Gap> {
 /// All vertical gaps of DS_k, the widest first; the strip right of all births is the first.
 pub fn vertical_gaps(skeleton: &Skeleton, k: NonZeroU32) -> Vec<Gap> {
     let (_, dots) = subdiagram(skeleton, k);
-    ranked(vertical_strips(&dots, tolerance(skeleton)), usize::MAX, tolerance(skeleton))
+    ranked(vertical_strips(dots.iter().map(|dot| dot.birth), tolerance(skeleton)), usize::MAX, tolerance(skeleton))
 }
 
 /// Selects by the k widest diagonal gaps and the l widest vertical ones.
@@ -76,24 +76,34 @@ pub fn select(skeleton: &Skeleton, k: NonZeroU32, l: NonZeroU32) -> Selection {
 
 /// The same, with DS_k.
 pub(super) fn select_dots(skeleton: &Skeleton, k: NonZeroU32, l: NonZeroU32) -> (Selection, Cow<'_, [Dot]>) {
-    let tolerance = tolerance(skeleton);
-    let (mut diagonal, dots) = subdiagram(skeleton, k);
-    let mut vertical = ranked(vertical_strips(&dots, tolerance), l.get() as usize + 1, tolerance);
+    let (diagonal, dots) = subdiagram(skeleton, k);
+    let births = dots.iter().map(|dot| dot.birth);
+    (selection_of(diagonal, births, k, l, tolerance(skeleton)), dots)
+}
+
+/// The same from the k + 1 widest diagonal gaps and the births of the dots in DS_k, in order.
+pub(super) fn selection_of(
+    mut diagonal: Vec<Gap>,
+    births: impl ExactSizeIterator<Item = f64> + Clone,
+    k: NonZeroU32,
+    l: NonZeroU32,
+    tolerance: f64,
+) -> Selection {
+    let mut vertical = ranked(vertical_strips(births.clone(), tolerance), l.get() as usize + 1, tolerance);
     let margins = Margins { diagonal: margin(&diagonal, k, 8.0), vertical: margin(&vertical, l, 4.0) };
     diagonal.truncate(k.get() as usize);
     vertical.truncate(l.get() as usize);
     let vs = vertical.iter().map(|gap| gap.low).fold(f64::INFINITY, f64::min);
-    let in_vs = |&index: &u32| dots[index as usize].birth <= vs;
-    let selection = Selection {
+    let ds_count = births.len();
+    Selection {
         ds: lowest(&diagonal).map(|gap| gap.high),
         vs,
-        ds_count: dots.len(),
-        vs_dots: (0..dots.len() as u32).filter(in_vs).collect(),
+        ds_count,
+        vs_dots: births.zip(0..).filter(|&(birth, _)| birth <= vs).map(|(_, index)| index).collect(),
         margins,
         diagonal,
         vertical,
-    };
-    (selection, dots)
+    }
 }
 
 /// The k + 1 widest diagonal gaps, and DS_k: the dots above the lowest of the first k.
@@ -110,7 +120,7 @@ fn tolerance(skeleton: &Skeleton) -> f64 {
     TOLERANCE * skeleton.largest_death()
 }
 
-fn lowest(gaps: &[Gap]) -> Option<&Gap> {
+pub(super) fn lowest(gaps: &[Gap]) -> Option<&Gap> {
     gaps.iter().min_by(|a, b| a.low.total_cmp(&b.low))
 }
 
@@ -127,9 +137,14 @@ fn sorted_strips(skeleton: &Skeleton) -> impl Iterator<Item = Gap> {
 }
 
 /// Strips between ascending persistences, from the diagonal up.
-fn diagonal_strips(ascending: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Item = Gap> {
+pub(super) fn diagonal_strips(ascending: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Item = Gap> {
     // The diagonal is the lowest line; persistences within the tolerance of 0 lie on it.
-    let mut lines = lines(std::iter::once(0.0).chain(ascending), tolerance);
+    strips_between(std::iter::once(0.0).chain(ascending), tolerance)
+}
+
+/// Strips between ascending values alone.
+pub(super) fn strips_between(ascending: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Item = Gap> {
+    let mut lines = lines(ascending, tolerance);
     let mut below = lines.next().map_or(0.0, |(_, high)| high);
     lines.map(move |(low, high)| Gap { low: std::mem::replace(&mut below, high), high: low })
 }
@@ -163,8 +178,8 @@ fn widest_at_sight(
 }
 
 /// Strips between neighbouring births, and the one right of them all.
-fn vertical_strips(dots: &[Dot], tolerance: f64) -> Vec<Gap> {
-    let mut births: Vec<f64> = dots.iter().map(|dot| dot.birth).collect();
+fn vertical_strips(births: impl Iterator<Item = f64>, tolerance: f64) -> Vec<Gap> {
+    let mut births: Vec<f64> = births.collect();
     births.sort_unstable_by(f64::total_cmp);
     let mut gaps: Vec<Gap> = Vec::new();
     for (low, high) in lines(births.into_iter(), tolerance) {
@@ -190,7 +205,7 @@ fn lines(values: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Ite
 }
 
 /// The `count` widest gaps (given from low to high), the widest first; of equal widths the lower is the wider.
-fn ranked(gaps: impl IntoIterator<Item = Gap>, count: usize, tolerance: f64) -> Vec<Gap> {
+pub(super) fn ranked(gaps: impl IntoIterator<Item = Gap>, count: usize, tolerance: f64) -> Vec<Gap> {
     let mut gaps = widest(gaps.into_iter(), count, tolerance);
     gaps.sort_by(|a, b| b.width().total_cmp(&a.width()));
     let mut first = 0;

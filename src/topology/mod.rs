@@ -7,8 +7,15 @@
 //!          (window)  (spade)            (flow, scales)          (elder rule) (HoPeS)   (DS, VS)
 //! ```
 //!
-//! [`Pipeline`] runs them all. Nothing here knows a clock, a thread, a channel, a socket, a file or a print; the only file that
-//! imports the triangulation library is `delaunay`. The terms are those of V. Kurlin, "A one-dimensional homologically
+//! That is one pass over a whole cloud. Small changes are followed from the triangulation to the diff, at the cost of what changed:
+//!
+//! ```text
+//! change of cloud -> delaunay -> tiles -> change -> diagram -> follow -> step (diff, checksum)
+//!                   (watcher)  (stars, borders)    (gaps)    (views)
+//! ```
+//!
+//! [`Pipeline`] runs them all, and chooses. Nothing here knows a clock, a channel, a socket, a file or a print; the only folder that knows of threads is
+//! `tiles`, which reduces on the current `rayon` pool, and the only file that imports the triangulation library is `delaunay`. The terms are those of V. Kurlin, "A one-dimensional homologically
 //! persistent skeleton of an unstructured point cloud in any metric space", Computer Graphics Forum 34(5), 2015. All scales
 //! at the interface are radii.
 //!
@@ -20,13 +27,18 @@
 //! * The same cloud has the same numbers, bit for bit, however it was reached.
 
 mod basins;
+mod change;
 mod cloud;
+mod cocircular;
 mod cycle;
 mod delaunay;
+mod diagram;
 mod diff;
 mod filtration;
+mod follow;
 mod gaps;
 mod geometry;
+mod held;
 mod hole;
 mod mesh;
 mod pipeline;
@@ -37,15 +49,17 @@ mod skeleton;
 mod sorting;
 #[cfg(test)]
 mod testing;
+mod tiles;
 mod view;
 mod window;
 
 pub use cloud::{Cloud, CloudChange, Refusal, Slot, Vertex, VertexId};
 pub use cycle::Cycles;
 pub use diff::{ApplyError, Checksum, Critical, Diff, EdgeId, Presence, Snapshot};
+pub use follow::{Follower, Step};
 pub use gaps::{Gap, Margins, Selection, diagonal_gaps, select, vertical_gaps};
 pub use hole::Holes;
-pub use pipeline::{Frame, Options, Pipeline};
+pub use pipeline::{Contradiction, Frame, Options, Pipeline};
 pub use position::{Axis, CoordinateError, MAX_COORDINATE, MIN_COORDINATE, Position};
 pub use simplify::{Simplified, simplify};
 pub use skeleton::{DIAGONAL, Dot, Edge, Hole, Skeleton};
@@ -55,8 +69,9 @@ pub use window::Window;
 /// The stages between the cloud and its skeleton, for those who want to run or to measure them one by one.
 pub mod stages {
     pub use super::basins::{Basins, OUTER_BASIN};
-    pub use super::delaunay::{Delaunay, Update};
+    pub use super::delaunay::{Delaunay, Update, along_curve};
     pub use super::filtration::{Filtration, Maximum, Suspect};
     pub use super::mesh::{FaceEdges, Mesh, MeshEdge, OUTER_FACE};
-    pub use super::reduction::{Link, Pair, Reduction, TotalOrder, reduce};
+    pub use super::reduction::{Elders, Link, Pair, Reduction, TotalOrder, reduce};
+    pub use super::tiles::{Difference, Dirt, LEAF, TileDot, Tiles, TreeEdge};
 }

@@ -1,20 +1,43 @@
 //! A stream's engine: points in, frames out, nothing computed before it is asked for.
 //!
-//! In: batches and commits. Out: [`Frame`]s. Invariants: a frame shows the cloud as of its commit; however often and in whatever
-//! views it is asked for, its skeleton is computed once; refused points change nothing. Must not know: threads, clocks, formats.
+//! In: batches and commits. Out: [`Frame`]s as a whole, or [`Step`]s from frame to frame. Invariants: a frame shows the cloud as of its commit; however
+//! often and in whatever views it is asked for, its skeleton is computed once, in one pass or by following what changed, whichever is faster; both
+//! give the same; refused points change nothing. Must not know: threads, clocks, formats.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use thiserror::Error;
+
 use super::basins::Basins;
-use super::cloud::{Cloud, Refusal, VertexId};
-use super::delaunay::Delaunay;
+use super::change::{self, Change, Parts};
+use super::cloud::{Cloud, CloudChange, Refusal, VertexId};
+use super::delaunay::{Delaunay, Update};
+use super::diagram::Diagram;
+use super::diff::Snapshot;
 use super::filtration::Filtration;
+use super::follow::{Follower, Step};
+use super::held::{HeldTiles, HeldWhole};
 use super::hole::Holes;
 use super::mesh::Mesh;
+use super::reduction::Link;
 use super::skeleton::{Dot, Skeleton};
+use super::tiles::{Dirt, Guide, LEAF, Tiles};
 use super::view::{View, ViewSpec};
 use super::window::Window;
+
+/// What is held of a frame is not what its cloud gives: a fault of this library.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("frame {frame} contradicts recomputation from scratch: {what}; please report it with the input")]
+pub struct Contradiction {
+    /// The frame.
+    pub frame: u64,
+    /// What differs.
+    pub what: String,
+}
+
+/// The share of vertices that a change may touch for tiles to be made, at first.
+const WORTH_TILES: f64 = 0.5;
 
 /// What a stream keeps of its points.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,7 +71,8 @@ impl Frame {
 /// A stream's engine.
 ///
 /// Methods come in families. `feed_*` change the cloud in hand and answer at once for each point. [`commit`](Self::commit) closes
-/// the frame. [`poll_frame`](Self::poll_frame) gives the newest frame, if it was not given yet, and computes it: commits that
+/// the frame. [`poll_step`](Self::poll_step) tells a [`Follower`] what has changed in its view, at the cost of what changed;
+/// [`poll_frame`](Self::poll_frame) gives the newest frame as a whole, if it was not given yet. Either computes the frame, once: commits that
 /// nobody polled in between cost no more than their points.
 ///
 /// ```
@@ -73,10 +97,27 @@ pub struct Pipeline {
     committed: u64,
     time: Option<f64>,
     points: u64,
+    /// The last frame given as a whole.
     newest: Option<Arc<Frame>>,
-    /// The newest frame's triangulation and basins; the next one is computed in their memory.
+    /// Number of the frame whose skeleton is held.
+    reached: u64,
+    /// That frame as a whole, if it is at hand.
+    whole: Option<Arc<Frame>>,
+    /// Its skeleton in tiles, if it was reached step by step.
+    tiles: Option<Tiles>,
+    /// Without tiles: the share of vertices that a change may touch for them to be made.
+    worth_tiles: f64,
+    /// What the last change has touched, in memory that is used again.
+    dirt: Dirt,
+    /// The persistence diagram of the tiles' dots, once gaps were asked for.
+    diagram: Option<Diagram>,
+    /// What turned the frame reached before into this one, if somebody may want to know.
+    change: Option<Change>,
+    is_followed: bool,
+    /// The triangulation and the basins of the last frame that was computed as a whole; the next one is computed in their memory.
     mesh: Mesh,
     basins: Basins,
+    leaf: usize,
     computed: u64,
 }
 
@@ -90,8 +131,17 @@ impl Pipeline {
             time: None,
             points: 0,
             newest: None,
+            reached: 0,
+            whole: None,
+            tiles: None,
+            worth_tiles: WORTH_TILES,
+            dirt: Dirt::default(),
+            diagram: None,
+            change: None,
+            is_followed: false,
             mesh: Mesh::default(),
             basins: Basins::default(),
+            leaf: LEAF,
             computed: 0,
         }
     }
@@ -147,16 +197,47 @@ impl Pipeline {
         self.committed
     }
 
-    /// The newest committed frame, unless it was given already.
+    /// The newest committed frame as a whole, unless it was given already. Takes time in proportion to the cloud; those who want to
+    /// know what changed [`follow`](Self::poll_step) it.
     pub fn poll_frame(&mut self) -> Option<Arc<Frame>> {
         let given = self.newest.as_ref().map_or(0, |frame| frame.number);
-        (given < self.committed).then(|| self.compute())
+        (given < self.committed).then(|| {
+            self.reach();
+            let frame = self.frame();
+            self.newest = Some(Arc::clone(&frame));
+            frame
+        })
+    }
+
+    /// What has changed in a view up to the newest committed frame, unless the follower has been told already. After the frame's own
+    /// cost, which is shared by all followers, it takes time in proportion to what it says.
+    pub fn poll_step(&mut self, follower: &mut Follower) -> Option<Step> {
+        if follower.frame() >= self.committed {
+            return None;
+        }
+        self.is_followed = true;
+        self.reach();
+        let change = self.change.as_ref().filter(|change| follower.frame() > 0 && change.from == follower.frame());
+        let number = self.reached;
+        let mut step = match (&self.tiles, &self.whole) {
+            (Some(tiles), _) => {
+                let mut held = HeldTiles { cloud: &self.cloud, tiles, diagram: &mut self.diagram };
+                follower.advance(number, &mut held, change)
+            }
+            (None, Some(frame)) => follower.advance(number, &mut HeldWhole(&frame.skeleton), change),
+            (None, None) => unreachable!("a frame that was reached is held"),
+        };
+        (step.time, step.points) = (self.time, self.points);
+        Some(step)
     }
 
     /// The boundaries, at birth, of the holes of some dots of the newest frame that was given: see [`Holes::boundary`].
     ///
     /// Takes linear time once, and then time in proportion to the holes. Dots of another frame have no walks.
-    pub fn hole_boundaries(&self, dots: &[Dot]) -> Vec<Vec<Vec<u32>>> {
+    pub fn hole_boundaries(&mut self, dots: &[Dot]) -> Vec<Vec<Vec<u32>>> {
+        if self.tiles.is_some() {
+            self.contract();
+        }
         let mut rank = vec![0; self.cloud.slot_count()];
         let vertices = self.newest.iter().flat_map(|frame| frame.skeleton.vertices()).map(|vertex| vertex.id);
         let places: HashMap<VertexId, u32> = vertices.zip(0..).collect();
@@ -177,31 +258,151 @@ impl Pipeline {
         self.computed
     }
 
+    /// How many tiles were reduced for the newest frame that was reached; 0 if it was computed in one pass.
+    pub fn tiles_reduced(&self) -> usize {
+        self.tiles.as_ref().map_or(0, Tiles::reduced)
+    }
+
     /// Points in the window, duplicates and those of the frame in hand among them.
     pub fn point_count(&self) -> u64 {
         self.cloud.point_count()
     }
 
-    fn compute(&mut self) -> Arc<Frame> {
+    /// Compares what is held of the newest frame with what one pass over its cloud gives, and a follower of it with the view of that.
+    ///
+    /// # Errors
+    /// [`Contradiction`]: the first difference.
+    pub fn check(&mut self, follower: &Follower) -> Result<(), Contradiction> {
+        self.reach();
+        let mut delaunay = Delaunay::default();
+        let all = CloudChange { appeared: self.cloud.vertices().map(|(slot, _)| slot).collect(), ..Default::default() };
+        delaunay.apply(&self.cloud, &all);
+        let mesh = delaunay.mesh();
+        let (basins, links) = Basins::contract(&mesh, Filtration::new(&mesh));
+        let reference = Skeleton::new(&self.cloud, &mesh, &basins, links);
+        let frame = self.frame();
+        frame.skeleton.compare(&reference).map_or(Ok(()), |what| Err(Contradiction { frame: self.reached, what }))?;
+        let view = View::new(&reference, follower.spec());
+        let snapshot = Snapshot::new(&reference, &view);
+        let shown = (follower.edges(), follower.cycles(), follower.checksum());
+        let wanted = (view.tree.len(), view.cycles, snapshot.checksum());
+        if follower.frame() == self.reached && shown != wanted {
+            let what = format!("the view's edges, cycles and checksum are {shown:?}, and should be {wanted:?}");
+            return Err(Contradiction { frame: self.reached, what });
+        }
+        Ok(())
+    }
+
+    /// Brings what is held to the newest committed frame.
+    fn reach(&mut self) {
+        if self.reached == self.committed {
+            return;
+        }
         let change = self.cloud.take_change();
-        self.delaunay.apply(&self.cloud, &change);
+        let update = self.choose(&change);
+        self.dirt.clear();
+        let mut guide = Guide::new(self.tiles.as_ref(), &mut self.dirt);
+        let update = self.delaunay.apply_by(update, &self.cloud, &change, &mut guide);
+        let told = Change::of_cloud(self.reached, &self.cloud, &change);
+        self.reached = self.committed;
+        self.computed += 1;
+        self.change = match (update, &mut self.tiles) {
+            (Update::Stepwise, Some(tiles)) => {
+                self.whole = None;
+                let difference = tiles.follow(&self.cloud, &self.delaunay, &change, &self.dirt);
+                if let Some(diagram) = &mut self.diagram {
+                    diagram.follow(&difference, |dot| change::critical(&self.cloud, dot));
+                }
+                Some(told.with_difference(&self.cloud, &difference))
+            }
+            (update, _) => {
+                let old = self.is_followed.then(|| self.parts());
+                self.diagram = None;
+                if update == Update::Bulk {
+                    self.tiles = None;
+                    self.compute_whole();
+                } else {
+                    self.whole = None;
+                    self.tiles = Some(Tiles::new(&self.cloud, &self.delaunay, self.leaf));
+                }
+                old.map(|old| told.with_parts(&old, &self.parts()))
+            }
+        };
+    }
+
+    /// Whether a change is worth being followed step by step.
+    fn choose(&mut self, change: &CloudChange) -> Update {
+        let vertices = self.cloud.vertex_count() as f64;
+        let share = (change.appeared.len() + change.vanished.len()) as f64 / vertices;
+        let is_worth_it = match &self.tiles {
+            Some(tiles) => tiles.effort(&self.cloud, change) <= vertices,
+            // Tiles have to be made first. Where they were given up, only much smaller changes are worth another try.
+            None => share <= self.worth_tiles,
+        };
+        if self.tiles.is_some() && !is_worth_it {
+            self.worth_tiles = share / 2.0;
+        }
+        if is_worth_it { Update::Stepwise } else { Update::Bulk }
+    }
+
+    /// One pass over everything.
+    fn compute_whole(&mut self) {
+        let links = self.contract();
+        let skeleton = Skeleton::new(&self.cloud, &self.mesh, &self.basins, links);
+        self.whole = Some(Arc::new(self.frame_of(skeleton)));
+    }
+
+    fn contract(&mut self) -> Vec<Link> {
         self.delaunay.read_into(&mut self.mesh);
         let (basins, links) = Basins::contract(&self.mesh, Filtration::new(&self.mesh));
-        let skeleton = Skeleton::new(&self.cloud, &self.mesh, &basins, links);
         self.basins = basins;
-        self.computed += 1;
-        let frame = Frame { number: self.committed, time: self.time, points: self.points, skeleton };
-        let frame = Arc::new(frame);
-        self.newest = Some(Arc::clone(&frame));
-        frame
+        links
+    }
+
+    fn frame_of(&self, skeleton: Skeleton) -> Frame {
+        Frame { number: self.committed, time: self.time, points: self.points, skeleton }
+    }
+
+    /// The frame that is held, as a whole.
+    fn frame(&mut self) -> Arc<Frame> {
+        if let (None, Some(tiles)) = (&self.whole, &self.tiles) {
+            self.whole = Some(Arc::new(self.frame_of(Skeleton::of_tiles(&self.cloud, tiles))));
+        }
+        Arc::clone(self.whole.as_ref().expect("a frame that was reached is held"))
+    }
+
+    /// Edges and dots that are held.
+    fn parts(&self) -> Parts {
+        match (&self.tiles, &self.whole) {
+            (Some(tiles), _) => Parts::of_tiles(&self.cloud, tiles),
+            (None, Some(frame)) => Parts::of_skeleton(&frame.skeleton),
+            (None, None) => Parts::default(),
+        }
+    }
+
+    /// Levels of tiles below the whole cloud. For tests.
+    #[doc(hidden)]
+    pub fn tile_depth(&self) -> usize {
+        self.tiles.as_ref().map_or(0, Tiles::depth)
+    }
+
+    /// With tiles of another size: small ones make deep trees of small clouds. For tests.
+    #[doc(hidden)]
+    pub fn with_leaf(mut self, leaf: usize) -> Self {
+        self.leaf = leaf;
+        self
     }
 
     /// Panics when the engine contradicts itself. For tests.
     #[doc(hidden)]
     pub fn check_invariants(&self) {
         self.cloud.check_invariants();
-        if self.newest.as_ref().is_some_and(|frame| frame.number == self.committed) {
+        if self.reached == self.committed {
             self.delaunay.check_invariants(&self.cloud);
+            if let Some(tiles) = &self.tiles {
+                tiles.check_shape();
+                tiles.check_stars(&self.delaunay);
+            }
         }
     }
 }

@@ -13,25 +13,29 @@ use super::sorting::{in_order, ordinal};
 
 /// A link of the dual graph: an edge of the triangulation between two faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Link {
+pub struct Link<E = u32> {
     /// Its scale, in any monotone measure.
     pub scale: f64,
     /// The nodes it joins.
     pub ends: [u32; 2],
     /// What it stands for; the caller's own name.
-    pub edge: u32,
+    pub edge: E,
 }
 
-/// The total order, but for the links' scales.
-pub trait TotalOrder {
+/// The order of nodes.
+pub trait Elders {
     /// A node's weight: the elder of two nodes has the larger one.
     fn weight(&self, node: u32) -> f64;
     /// Compares two nodes of equal weight; `Greater` when `a` is the elder. Never `Equal` for different ones.
     fn break_node_tie(&self, a: u32, b: u32) -> Ordering;
-    /// A link's place among those of equal scale; never the same for different ones.
-    fn break_link_tie(&self, edge: u32) -> u64;
+}
+
+/// The total order, but for the links' scales.
+pub trait TotalOrder: Elders {
     /// Whether a node has links that are not handed in.
     fn is_open(&self, node: u32) -> bool;
+    /// A link's place among those of equal scale; never the same for different ones.
+    fn break_link_tie(&self, edge: u32) -> u64;
 }
 
 /// A merge whose younger side is closed: for good, whatever lies outside.
@@ -80,7 +84,9 @@ const BLOCK: usize = 32;
 
 /// Reduces a graph of `node_count` nodes.
 pub fn reduce<'a>(order: &impl TotalOrder, node_count: usize, links: &'a [Link]) -> Reduction<'a> {
-    let mut state = State::new(order, node_count, links.len());
+    let mut forest = Forest::default();
+    forest.grow(node_count, |node| order.is_open(node));
+    let (mut fates, mut left) = (vec![Fate::Loop; links.len()], Vec::new());
     let descending = |link: u32| !ordinal(links[link as usize].scale);
     let tie = |link: u32| !order.break_link_tie(links[link as usize].edge);
     for block in in_order(links.len(), descending, tie).chunks(BLOCK) {
@@ -89,13 +95,20 @@ pub fn reduce<'a>(order: &impl TotalOrder, node_count: usize, links: &'a [Link])
             *ends = links[link as usize].ends;
         }
         for ends in &mut ends[..block.len()] {
-            *ends = ends.map(|node| state.nodes[node as usize].elder);
+            *ends = ends.map(|node| forest.nodes[node as usize].elder);
         }
         for (&link, ends) in block.iter().zip(ends) {
-            state.take(link, ends, links);
+            match forest.join(order, ends, link) {
+                Join::Loop => {}
+                Join::Ended(_) => fates[link as usize] = Fate::Merge,
+                Join::Left(ends) => {
+                    fates[link as usize] = Fate::Merge;
+                    left.push(Link { ends, ..links[link as usize] });
+                }
+            }
         }
     }
-    Reduction { links, nodes: state.nodes, fates: state.fates, left: state.left }
+    Reduction { links, nodes: forest.nodes, fates, left }
 }
 
 /// A node in the union-find.
@@ -114,32 +127,66 @@ enum Fate {
     Merge,
 }
 
+/// What a link does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Join {
+    /// Both its ends are in one component.
+    Loop,
+    /// It ends this node, the maximum of the younger of its two sides, for good.
+    Ended(u32),
+    /// The younger side is open: the maxima of both sides, the younger first.
+    Left([u32; 2]),
+}
+
 /// A union-find whose roots are the maxima of their components.
-struct State<'a, O> {
-    order: &'a O,
+#[derive(Clone, Debug, Default)]
+pub struct Forest {
     nodes: Vec<Node>,
     /// Of a root: whether its component has an open node.
     open: Vec<bool>,
-    fates: Vec<Fate>,
-    /// The reduced graph.
-    left: Vec<Link>,
 }
 
-impl<'a, O: TotalOrder> State<'a, O> {
-    fn new(order: &'a O, node_count: usize, link_count: usize) -> Self {
-        let nodes = 0..node_count as u32;
-        let alone = |elder| Node { elder, ended_by: NONE };
-        Self {
-            order,
-            nodes: nodes.clone().map(alone).collect(),
-            open: nodes.map(|node| order.is_open(node)).collect(),
-            fates: vec![Fate::Loop; link_count],
-            left: Vec::new(),
-        }
+impl Forest {
+    /// Forgets all nodes.
+    pub fn clear(&mut self) {
+        self.nodes.clear();
+        self.open.clear();
     }
 
+    /// Adds nodes until there are so many, each a component of its own.
+    pub fn grow(&mut self, count: usize, is_open: impl Fn(u32) -> bool) {
+        let new = self.nodes.len() as u32..count as u32;
+        self.nodes.extend(new.clone().map(|elder| Node { elder, ended_by: NONE }));
+        self.open.extend(new.map(is_open));
+    }
+
+    /// Adds a node that is closed.
     #[inline]
-    fn root(&mut self, mut node: u32) -> u32 {
+    pub fn add(&mut self) -> u32 {
+        let elder = self.nodes.len() as u32;
+        self.nodes.push(Node { elder, ended_by: NONE });
+        self.open.push(false);
+        elder
+    }
+
+    /// Makes one node of two, the roots of their components, without asking who is the elder.
+    #[inline]
+    pub fn contract(&mut self, node: u32, into: u32) {
+        self.nodes[node as usize].elder = into;
+        self.open[into as usize] |= self.open[node as usize];
+    }
+
+    /// Says that a node's component has links that are not handed in; gives its root.
+    #[inline]
+    pub fn open(&mut self, node: u32) -> u32 {
+        let root = self.root(node);
+        self.open[root as usize] = true;
+        root
+    }
+
+    /// The maximum of a node's component.
+    #[inline]
+    pub fn root(&mut self, mut node: u32) -> u32 {
         loop {
             let parent = self.nodes[node as usize].elder;
             let grandparent = self.nodes[parent as usize].elder;
@@ -151,27 +198,27 @@ impl<'a, O: TotalOrder> State<'a, O> {
         }
     }
 
+    /// One link between two nodes, the largest one not taken yet: the elder rule.
     #[inline]
-    fn is_younger(&self, a: u32, b: u32) -> bool {
-        let [weight, other] = [a, b].map(|node| self.order.weight(node));
-        weight < other || weight == other && self.order.break_node_tie(a, b) == Ordering::Less
-    }
-
-    /// One link, `links[link]`, between the components of two nodes: the elder rule.
-    #[inline]
-    fn take(&mut self, link: u32, between: [u32; 2], links: &[Link]) {
+    pub fn join(&mut self, order: &impl Elders, between: [u32; 2], link: u32) -> Join {
         let [a, b] = between.map(|node| self.root(node));
         if a == b {
-            return;
+            return Join::Loop;
         }
-        self.fates[link as usize] = Fate::Merge;
-        let (younger, elder) = if self.is_younger(a, b) { (a, b) } else { (b, a) };
+        let (younger, elder) = if is_younger(order, a, b) { (a, b) } else { (b, a) };
+        self.nodes[younger as usize].elder = elder;
         if self.open[younger as usize] {
-            self.left.push(Link { ends: [younger, elder], ..links[link as usize] });
             self.open[elder as usize] = true;
+            Join::Left([younger, elder])
         } else {
             self.nodes[younger as usize].ended_by = link;
+            Join::Ended(younger)
         }
-        self.nodes[younger as usize].elder = elder;
     }
+}
+
+#[inline]
+fn is_younger(order: &impl Elders, a: u32, b: u32) -> bool {
+    let [weight, other] = [a, b].map(|node| order.weight(node));
+    weight < other || weight == other && order.break_node_tie(a, b) == Ordering::Less
 }

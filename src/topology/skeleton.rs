@@ -14,11 +14,12 @@ use std::cmp::Ordering;
 use std::sync::OnceLock;
 
 use super::basins::Basins;
-use super::cloud::{Cloud, Vertex};
+use super::cloud::{Cloud, Slot, Vertex};
 use super::geometry::{circumcircle, distance, half_length_squared};
 use super::mesh::Mesh;
-use super::reduction::{Link, Pair, TotalOrder, reduce};
+use super::reduction::{Elders, Link, Pair, TotalOrder, reduce};
 use super::sorting::{in_order, ordinal, sort_by_key};
+use super::tiles::Tiles;
 
 /// A dot whose persistence is at most this share of its death is rounding, not topology.
 pub const DIAGONAL: f64 = 1e-12;
@@ -94,6 +95,32 @@ impl Skeleton {
         Self { vertices, tree, found, dots: OnceLock::new() }
     }
 
+    /// Gathers the skeleton of a cloud's vertices from the tiles over it.
+    pub fn of_tiles(cloud: &Cloud, tiles: &Tiles) -> Self {
+        let (vertices, rank) = ranks(cloud);
+        let edge_of = |ends: [Slot; 2]| {
+            let [a, b] = ends.map(|slot| rank[slot as usize]);
+            [a.min(b), a.max(b)]
+        };
+        let mut tree = Vec::with_capacity(vertices.len());
+        tree.extend(tiles.tree().map(|edge| edge_of(edge.ends)));
+        sort_by_key(&mut tree, |&edge| edge_key(edge, vertices.len()));
+        let found = tiles.dots().map(|dot| Dot {
+            birth: dot.birth,
+            death: dot.death,
+            edge: edge_of(dot.edge),
+            triangle: dot.triangle.map(|slot| rank[slot as usize]),
+        });
+        Self { tree, found: found.collect(), vertices, dots: OnceLock::new() }
+    }
+
+    /// The first difference from another skeleton, in words; none, if they are the same.
+    pub(super) fn compare(&self, other: &Self) -> Option<String> {
+        first_difference("vertex", self.vertices(), other.vertices())
+            .or_else(|| first_difference("tree edge", self.tree(), other.tree()))
+            .or_else(|| first_difference("dot", self.dots(), other.dots()))
+    }
+
     /// The vertices of the cloud, by id.
     pub fn vertices(&self) -> &[Vertex] {
         &self.vertices
@@ -156,16 +183,27 @@ impl Skeleton {
     }
 }
 
+fn first_difference<T: PartialEq + std::fmt::Debug>(what: &str, ours: &[T], theirs: &[T]) -> Option<String> {
+    let place = (0..ours.len().max(theirs.len())).find(|&place| ours.get(place) != theirs.get(place))?;
+    let (our, their) = (ours.get(place), theirs.get(place));
+    Some(format!("{what} {place} of {} is {our:?}, and should be {their:?} of {}", ours.len(), theirs.len()))
+}
+
 /// The vertices by id, and of each site of the mesh its place among them.
 fn ranked_vertices(cloud: &Cloud, mesh: &Mesh) -> (Vec<Vertex>, Vec<u32>) {
+    let (vertices, rank) = ranks(cloud);
+    (vertices, mesh.slots().iter().map(|&slot| rank[slot as usize]).collect())
+}
+
+/// The vertices by id, and of each slot its vertex' place among them.
+fn ranks(cloud: &Cloud) -> (Vec<Vertex>, Vec<u32>) {
     let mut vertices = Vec::with_capacity(cloud.vertex_count());
     let mut rank_of_slot = vec![0; cloud.slot_count()];
     for (slot, vertex) in cloud.vertices() {
         rank_of_slot[slot as usize] = vertices.len() as u32;
         vertices.push(vertex);
     }
-    let rank = mesh.slots().iter().map(|&slot| rank_of_slot[slot as usize]).collect();
-    (vertices, rank)
+    (vertices, rank_of_slot)
 }
 
 /// The label of a pair's critical edge, unless its dot is on the diagonal.
@@ -211,7 +249,7 @@ impl<'a> Dual<'a> {
     }
 }
 
-impl TotalOrder for Dual<'_> {
+impl Elders for Dual<'_> {
     fn weight(&self, node: u32) -> f64 {
         self.basins.weight(node)
     }
@@ -219,14 +257,16 @@ impl TotalOrder for Dual<'_> {
     fn break_node_tie(&self, a: u32, b: u32) -> Ordering {
         self.basins.break_tie(self.mesh, a, b)
     }
+}
+
+impl TotalOrder for Dual<'_> {
+    fn is_open(&self, _: u32) -> bool {
+        false
+    }
 
     fn break_link_tie(&self, edge: u32) -> u64 {
         let places = self.places.get_or_init(|| self.mesh.places_by_position());
         let [a, b] = self.mesh.edges()[edge as usize].ends.map(|site| places[site as usize]);
         edge_key([a.min(b), a.max(b)], places.len())
-    }
-
-    fn is_open(&self, _: u32) -> bool {
-        false
     }
 }

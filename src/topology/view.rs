@@ -110,6 +110,6 @@ impl View {
 }
 
 /// The largest half-length that does not count as longer than `alpha`.
-fn up_to(alpha: f64) -> f64 {
+pub(super) fn up_to(alpha: f64) -> f64 {
     alpha * (1.0 + TOLERANCE)
 }

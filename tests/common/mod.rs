@@ -10,7 +10,6 @@ pub mod naive;
 pub mod plot;
 #[cfg(feature = "daemon")]
 pub mod process;
-#[cfg(feature = "daemon")]
 pub mod random;
 #[cfg(feature = "daemon")]
 pub mod reply;

@@ -5,9 +5,10 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::num::NonZeroU32;
 use std::sync::Arc;
 
-use hopes::topology::{Frame, Options, Pipeline, Refusal, VertexId};
+use hopes::topology::{Follower, Frame, Options, Pipeline, Refusal, Snapshot, Step as FrameStep, VertexId, ViewSpec};
 
 use super::by_position::ByPosition;
 use super::clouds::Point;
@@ -48,12 +49,13 @@ impl Script {
 /// Runs a script and gives the frames that were polled. Panics where the engine and the plain model differ.
 pub fn run(script: &Script) -> Vec<Arc<Frame>> {
     let mut stage = Stage {
-        pipeline: Pipeline::new(script.options()),
+        pipeline: Pipeline::new(script.options()).with_leaf(3),
         model: Model::new(script.kept, script.resolution),
         times: Vec::new(),
         polled: 0,
         ids: BTreeMap::new(),
         frames: Vec::new(),
+        followers: followed().map(|spec| (Follower::new(spec), Snapshot::default())).collect(),
     };
     for step in &script.steps {
         stage.act(step);
@@ -73,6 +75,15 @@ struct Stage {
     /// Of lives seen in frames: the id.
     ids: BTreeMap<usize, VertexId>,
     frames: Vec<Arc<Frame>>,
+    /// Followers of views, and what they have been told; the last one comes to every other frame only.
+    followers: Vec<(Follower, Snapshot)>,
+}
+
+/// Views of every kind.
+fn followed() -> impl Iterator<Item = ViewSpec> {
+    let derived = |k, l| ViewSpec::Derived { k: NonZeroU32::new(k).unwrap(), l: NonZeroU32::new(l).unwrap() };
+    [ViewSpec::Full, ViewSpec::Reduced { alpha: 0.3 }, derived(1, 1), derived(2, 2), derived(5, 3), derived(1, 2)]
+        .into_iter()
 }
 
 impl Stage {
@@ -110,6 +121,8 @@ impl Stage {
 
     fn poll(&mut self) {
         let computed = self.pipeline.computed();
+        // Whoever comes first makes the frame.
+        let steps = if self.model.commits().is_multiple_of(3) { Vec::new() } else { self.follow() };
         let frame = self.pipeline.poll_frame();
         assert_eq!(frame.is_some(), self.polled < self.model.commits(), "whether there is a frame");
         let Some(frame) = frame else { return };
@@ -121,7 +134,39 @@ impl Stage {
         self.check_ids(&frame);
         let positions: Vec<Point> = self.model.committed().iter().map(|life| life.at).collect();
         ByPosition::of(&frame.skeleton).assert_same(&ByPosition::of(&skeleton_of(&positions)));
+        let steps = if steps.is_empty() { self.follow() } else { steps };
+        self.check_steps(&frame, steps);
+        for (follower, _) in &self.followers {
+            assert_eq!(self.pipeline.check(follower), Ok(()));
+        }
         self.frames.push(frame);
+    }
+
+    /// What followers are told; of some nothing.
+    fn follow(&mut self) -> Vec<(usize, FrameStep)> {
+        let last = self.followers.len() - 1;
+        let skipped = !self.model.commits().is_multiple_of(2);
+        let coming = self.followers.iter_mut().enumerate().filter(|(place, _)| *place < last || !skipped);
+        coming.filter_map(|(place, (follower, _))| Some((place, self.pipeline.poll_step(follower)?))).collect()
+    }
+
+    /// Steps lead from view to view of the whole skeletons.
+    fn check_steps(&mut self, frame: &Frame, steps: Vec<(usize, FrameStep)>) {
+        for (place, step) in steps {
+            let (follower, held) = &mut self.followers[place];
+            let view = frame.view(follower.spec());
+            let snapshot = Snapshot::new(&frame.skeleton, &view);
+            let base = if step.from == 0 { Snapshot::default() } else { std::mem::take(held) };
+            assert_eq!(step.diff, base.diff(&snapshot), "{:?}", step.spec);
+            assert_eq!(step.selection, view.selection, "{:?}", step.spec);
+            assert_eq!(step.checksum, snapshot.checksum(), "{:?}", step.spec);
+            assert_eq!((step.components, step.cycles), (view.components, view.cycles), "{:?}", step.spec);
+            assert_eq!(
+                (step.number, step.points, step.vertices),
+                (frame.number, frame.points, snapshot.vertices.len())
+            );
+            *held = snapshot;
+        }
     }
 
     /// Ids are the lives' own: kept as long as a life, never given again, rising in order of first appearance.

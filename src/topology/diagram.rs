@@ -1,0 +1,252 @@
+//! The persistence diagram, kept so that its widest gaps are at hand however many dots there are.
+//!
+//! In: dots that come and go. Out: [`Selection`]s, as [`super::gaps`] gives them. The most persistent dots ("tall") stand in order; all others only
+//! count in buckets of one width, which bound the gaps between them: no gap among low dots is wider than the longest run of empty buckets
+//! and the two around it. As long as the gaps wanted are wider, they are all among the tall. Where they are not, more dots have to
+//! become tall, which takes time in proportion to all of them; that is rare where few dots stand out. Invariants: a selection is the same as
+//! from the whole diagram; every dot of at least the persistence `least` is tall. Must not know: edges that are not critical, views.
+
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::num::NonZeroU32;
+
+use super::diff::{Critical, EdgeId};
+use super::gaps::{Gap, Selection, TOLERANCE, diagonal_strips, lowest, ranked, selection_of, strips_between};
+use super::sorting::ordinal;
+use super::tiles::{Difference, TileDot};
+
+/// So many dots are tall at first.
+const TALL: usize = 512;
+
+/// When more than so many times as many are, fewer become it again.
+const GROWTH: usize = 8;
+
+/// Buckets are so many times narrower than the narrowest gap wanted, if that does not make too many of them.
+const FINENESS: f64 = 8.0;
+
+/// At most so many buckets.
+const BUCKETS: f64 = 65_536.0;
+
+/// The order of dots: the most persistent first, equal ones by their edges.
+type Rank = (Reverse<u64>, EdgeId);
+
+/// A persistence diagram that changes.
+#[derive(Clone, Debug)]
+pub struct Diagram {
+    tall: BTreeMap<Rank, Critical>,
+    /// The smallest persistence of tall dots; 0 when all are.
+    least: f64,
+    low: Vec<u32>,
+    /// Buckets by unit of persistence.
+    scale: f64,
+    low_count: usize,
+    /// So many dots are tall at first.
+    at_first: usize,
+    /// So many dots became tall when they were last chosen.
+    chosen: usize,
+}
+
+fn rank(dot: &Critical) -> Rank {
+    (Reverse(ordinal(persistence(dot))), dot.edge)
+}
+
+fn persistence(dot: &Critical) -> f64 {
+    dot.death - dot.birth
+}
+
+impl Diagram {
+    /// A diagram of all these dots.
+    pub fn new(all: impl Iterator<Item = Critical>) -> Self {
+        Self::with_tall(all, TALL)
+    }
+
+    fn with_tall(all: impl Iterator<Item = Critical>, at_first: usize) -> Self {
+        let tall = BTreeMap::new();
+        let mut diagram =
+            Self { tall, least: 0.0, low: Vec::new(), scale: 0.0, low_count: 0, at_first, chosen: at_first };
+        diagram.choose(at_first, 2, 0.0, all);
+        diagram
+    }
+
+    /// Follows dots that have come and gone; `name` tells of one in full.
+    pub fn follow(&mut self, difference: &Difference, name: impl Fn(&TileDot) -> Critical) {
+        for dot in &difference.dots_removed {
+            if self.is_tall(dot.death - dot.birth) {
+                self.tall.remove(&rank(&name(dot)));
+            } else {
+                self.count_low(dot.death - dot.birth, false);
+            }
+        }
+        for dot in &difference.dots_added {
+            if self.is_tall(dot.death - dot.birth) {
+                let dot = name(dot);
+                self.tall.insert(rank(&dot), dot);
+            } else {
+                self.count_low(dot.death - dot.birth, true);
+            }
+        }
+    }
+
+    /// Whether all dots of at least this persistence stand in order.
+    pub fn is_tall(&self, persistence: f64) -> bool {
+        persistence >= self.least
+    }
+
+    fn count_low(&mut self, persistence: f64, comes: bool) {
+        let bucket = self.bucket(persistence);
+        if comes {
+            self.low[bucket] += 1;
+            self.low_count += 1;
+        } else {
+            self.low[bucket] -= 1;
+            self.low_count -= 1;
+        }
+    }
+
+    fn bucket(&self, persistence: f64) -> usize {
+        ((persistence * self.scale) as usize).min(self.low.len() - 1)
+    }
+
+    /// Tall dots of at least this persistence, in order.
+    pub fn down_to(&self, least: f64) -> impl Iterator<Item = &Critical> {
+        self.tall.values().take_while(move |dot| persistence(dot) >= least)
+    }
+
+    /// Selects by the k widest diagonal gaps and the l widest vertical ones. `all` gives every dot, should more of them have to be tall.
+    pub fn select<I: Iterator<Item = Critical>>(
+        &mut self,
+        k: NonZeroU32,
+        l: NonZeroU32,
+        largest_death: f64,
+        all: impl Fn() -> I,
+    ) -> Selection {
+        let (count, tolerance) = (k.get() as usize + 1, TOLERANCE * largest_death);
+        if self.tall.len() > GROWTH * self.chosen {
+            self.choose(self.at_first, count, tolerance, all());
+        }
+        loop {
+            if let Some(gaps) = self.widest(count, tolerance) {
+                let ds = lowest(&gaps[..gaps.len().min(count - 1)]).map_or(f64::INFINITY, |gap| gap.high);
+                let dots: Vec<Critical> = self.down_to(ds).copied().collect();
+                let births = dots.iter().map(|dot| dot.birth);
+                return selection_of(gaps, births, k, l, tolerance);
+            }
+            self.choose(self.chosen * GROWTH, count, tolerance, all());
+        }
+    }
+
+    /// The widest diagonal gaps, if they are all among tall dots.
+    fn widest(&self, count: usize, tolerance: f64) -> Option<Vec<Gap>> {
+        let ascending = || self.tall.values().rev().map(persistence);
+        if self.low_count == 0 {
+            return Some(ranked(diagonal_strips(ascending(), tolerance), count, tolerance));
+        }
+        // Between tall dots alone: the strip below the lowest of them ends somewhere among the low ones.
+        let gaps = ranked(strips_between(ascending(), tolerance), count, tolerance);
+        let enough = gaps.len() == count;
+        let last = gaps.last().map_or(0.0, Gap::width);
+        (enough && last - tolerance > self.widest_below(tolerance)).then_some(gaps)
+    }
+
+    /// A bound on the gaps among low dots, and between them and the diagonal or the lowest tall one.
+    fn widest_below(&self, tolerance: f64) -> f64 {
+        let (mut run, mut longest) = (0, 0);
+        for &count in &self.low {
+            run = if count == 0 { run + 1 } else { 0 };
+            longest = longest.max(run);
+        }
+        let lowest_tall = self.tall.values().next_back().map_or(self.least, persistence);
+        (longest as f64 + 2.0) / self.scale * (1.0 + TOLERANCE) + (lowest_tall - self.least) + tolerance
+    }
+
+    /// Makes about so many dots tall.
+    fn choose(&mut self, chosen: usize, count: usize, tolerance: f64, all: impl Iterator<Item = Critical>) {
+        let mut dots: Vec<Critical> = all.collect();
+        self.chosen = chosen;
+        self.tall.clear();
+        self.low.clear();
+        self.low_count = 0;
+        self.least = 0.0;
+        if self.chosen < dots.len() {
+            let by_persistence = |a: &Critical, b: &Critical| persistence(b).total_cmp(&persistence(a));
+            let (_, last, _) = dots.select_nth_unstable_by(self.chosen - 1, by_persistence);
+            self.least = persistence(last);
+        }
+        let (tall, low): (Vec<Critical>, Vec<Critical>) =
+            dots.into_iter().partition(|dot| self.is_tall(persistence(dot)));
+        self.tall.extend(tall.into_iter().map(|dot| (rank(&dot), dot)));
+        let strips = strips_between(self.tall.values().rev().map(persistence), tolerance);
+        let width = ranked(strips, count, tolerance).last().map_or(0.0, Gap::width);
+        let buckets = (self.least / width * FINENESS).clamp(1.0, BUCKETS).ceil();
+        self.scale = buckets / self.least;
+        self.low.resize(buckets as usize, 0);
+        low.iter().for_each(|dot| self.count_low(persistence(dot), true));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::topology::VertexId;
+
+    /// A dot by its place among all, its persistence and birth.
+    fn dot(number: usize, persistence: f64, birth: f64) -> Critical {
+        Critical { edge: [VertexId(number as u64), VertexId(u64::MAX)], birth, death: birth + persistence }
+    }
+
+    fn as_tile_dot(dot: &Critical) -> TileDot {
+        TileDot { birth: dot.birth, death: dot.death, edge: [dot.edge[0].0 as u32, 0], triangle: [0; 3] }
+    }
+
+    /// Much noise, and some that stands out; some all alike.
+    fn values() -> impl Strategy<Value = f64> {
+        prop_oneof![20 => 1e-9..1e-2, 3 => 0.0..1.0, 3 => (1..6_u32).prop_map(|n| f64::from(n) * 0.125)]
+    }
+
+    fn from_scratch(dots: &[Critical], k: NonZeroU32, l: NonZeroU32, tolerance: f64) -> Selection {
+        let mut dots = dots.to_vec();
+        dots.sort_unstable_by_key(rank);
+        let gaps =
+            ranked(diagonal_strips(dots.iter().rev().map(persistence), tolerance), k.get() as usize + 1, tolerance);
+        let ds = lowest(&gaps[..gaps.len().min(k.get() as usize)]).map_or(f64::INFINITY, |gap| gap.high);
+        dots.retain(|dot| persistence(dot) >= ds);
+        selection_of(gaps, dots.iter().map(|dot| dot.birth), k, l, tolerance)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(500))]
+
+        /// After every change, whatever is tall.
+        #[test]
+        fn selections_are_those_of_the_whole_diagram(
+            values in prop::collection::vec((values(), prop_oneof![Just(0.25), 0.0..1.0]), 1..400),
+            steps in prop::collection::vec(prop::collection::vec(any::<prop::sample::Index>(), 1..20), 1..12),
+            at_first in 1..30_usize,
+            (k, l) in (1..5_u32, 1..4_u32),
+        ) {
+            let all: Vec<Critical> = values.iter().enumerate().map(|(n, &(p, birth))| dot(n, p.max(1e-9), birth)).collect();
+            let [k, l] = [k, l].map(|rank| NonZeroU32::new(rank).expect("from 1"));
+            let mut there: Vec<bool> = (0..all.len()).map(|number| number % 3 != 0).collect();
+            let now = |there: &[bool]| -> Vec<Critical> {
+                all.iter().zip(there).filter(|(_, there)| **there).map(|(dot, _)| *dot).collect()
+            };
+            let mut diagram = Diagram::with_tall(now(&there).into_iter(), at_first);
+            for step in steps {
+                let mut difference = Difference::default();
+                let turned: std::collections::BTreeSet<usize> = step.iter().map(|index| index.index(all.len())).collect();
+                for number in turned {
+                    let list = if there[number] { &mut difference.dots_removed } else { &mut difference.dots_added };
+                    list.push(as_tile_dot(&all[number]));
+                    there[number] = !there[number];
+                }
+                diagram.follow(&difference, |dot| all[dot.edge[0] as usize]);
+                let dots = now(&there);
+                let largest = dots.iter().map(|dot| dot.death).fold(0.0, f64::max);
+                let selection = diagram.select(k, l, largest, || dots.iter().copied());
+                prop_assert_eq!(selection, from_scratch(&dots, k, l, TOLERANCE * largest));
+            }
+        }
+    }
+}

@@ -1,0 +1,487 @@
+//! The reduction of one tile: of a leaf from its stars, of any other tile from what its two halves have left.
+//!
+//! In: [`Stars`], or two [`Border`]s. Out: what is resolved inside the tile for good, and its own [`Border`]. The links of the dual graph are cut
+//! into parts: an edge belongs to the leaf of its smaller end. A triangle's three edges then lie in the leaves of its smallest and of its
+//! middle corner; where these differ, both leaves have it as an open node, under one [`FaceKey`], and it closes where the two meet. The outer
+//! face is open everywhere but at the root. A triangle that flows is one node with the triangle it flows to; where it flows out of sight, it stays a
+//! node whose maximum is not known. Invariants: what a tile gives depends on its stars alone, not on how halves were
+//! cut or in which order they came; all lists are in the total order, largest scale first. Must not know: the tree of tiles.
+
+use std::cmp::Ordering;
+
+use super::star::{Marks, OUTSIDE, Spoke, Star, Stars, Summit};
+use crate::topology::cloud::{Cloud, Slot};
+use crate::topology::position::Position;
+use crate::topology::reduction::{Elders, Forest, Join, Link};
+use crate::topology::skeleton::DIAGONAL;
+
+/// Names a triangle: one of its half-edges that have it on the left, between its smallest and its middle corner.
+type FaceKey = u64;
+
+/// A Gabriel edge, by its slots, the smaller position first; its scale is squared.
+type TileLink = Link<[Slot; 2]>;
+
+/// An edge of the minimum spanning tree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreeEdge {
+    /// Half its length, squared.
+    pub scale: f64,
+    /// Its ends, the smaller position first.
+    pub ends: [Slot; 2],
+}
+
+/// A dot with its critical edge; scales are radii.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TileDot {
+    /// The scale at which the cycle is born.
+    pub birth: f64,
+    /// The scale at which its hole is filled.
+    pub death: f64,
+    /// The critical edge, the smaller position first.
+    pub edge: [Slot; 2],
+    /// The triangle that names the death, in order.
+    pub triangle: [Slot; 3],
+}
+
+/// What is known for good inside a tile, and was not inside its halves.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Resolved {
+    /// Edges of the minimum spanning tree, in order.
+    pub tree: Vec<TreeEdge>,
+    /// Dots off the diagonal, in order of their critical edges.
+    pub dots: Vec<TileDot>,
+}
+
+/// What a tile leaves to be decided outside: its reduced graph.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Border {
+    nodes: Vec<Summit>,
+    /// The node of the outer face, if the tile has seen it.
+    outer: Option<u32>,
+    /// Triangles with edges elsewhere, and the nodes they belong to; in order.
+    open: Vec<(FaceKey, u32)>,
+    /// In order.
+    links: Vec<TileLink>,
+}
+
+impl Resolved {
+    /// Becomes a copy of another one, in its own memory.
+    pub fn copy_from(&mut self, other: &Self) {
+        copy(&mut self.tree, &other.tree);
+        copy(&mut self.dots, &other.dots);
+    }
+}
+
+fn copy<T: Copy>(into: &mut Vec<T>, from: &[T]) {
+    into.clear();
+    into.extend_from_slice(from);
+}
+
+impl Border {
+    /// Becomes a copy of another one, in its own memory.
+    pub fn copy_from(&mut self, other: &Self) {
+        copy(&mut self.nodes, &other.nodes);
+        self.outer = other.outer;
+        copy(&mut self.open, &other.open);
+        copy(&mut self.links, &other.links);
+    }
+
+    fn clear(&mut self) {
+        self.nodes.clear();
+        self.outer = None;
+        self.open.clear();
+        self.links.clear();
+    }
+}
+
+/// Where tiles are reduced, in memory that is used again.
+#[derive(Clone, Debug, Default)]
+pub struct Workshop {
+    /// What the last tile has resolved.
+    pub resolved: Resolved,
+    /// What the last tile leaves.
+    pub border: Border,
+    nodes: Vec<Summit>,
+    forest: Forest,
+    outer: Option<u32>,
+    open: Vec<(FaceKey, u32)>,
+    links: Vec<TileLink>,
+    /// The links' order, where they do not come in it.
+    ranks: Vec<u64>,
+    faces: Faces,
+    kept: Vec<u32>,
+    /// Lists on their way to be merged.
+    halfway: [Vec<(FaceKey, u32)>; 2],
+    halfway_links: [Vec<TileLink>; 2],
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Workshop {
+    /// Reduces a leaf.
+    pub fn reduce_leaf(&mut self, cloud: &Cloud, stars: &Stars, is_root: bool) {
+        self.clear();
+        // Each star has as many own triangles as edges, at most, and two beyond.
+        self.faces.make_room(stars.spoke_count() + 2 * stars.len());
+        stars.iter().for_each(|star| self.take_star(star));
+        self.open.extend(self.faces.unmet());
+        self.open.sort_unstable_by_key(|&(key, _)| key);
+        self.sort_links(Order { cloud });
+        self.finish(Order { cloud }, is_root);
+    }
+
+    /// Reduces a tile of up to four parts.
+    pub fn reduce_parts(&mut self, cloud: &Cloud, parts: &[&Border], is_root: bool) {
+        self.clear();
+        let mut offsets = [0; PARTS];
+        for (part, offset) in parts.iter().zip(&mut offsets) {
+            *offset = self.nodes.len() as u32;
+            self.nodes.extend_from_slice(&part.nodes);
+        }
+        self.forest.grow(self.nodes.len(), |_| false);
+        for (part, offset) in parts.iter().zip(offsets) {
+            match (self.outer, part.outer.map(|node| node + offset)) {
+                (Some(outer), Some(other)) => self.unite(outer, other),
+                (None, outer) => self.outer = outer,
+                (Some(_), None) => {}
+            }
+        }
+        self.meet_all(parts, offsets);
+        self.merge_all(Order { cloud }, parts, offsets);
+        self.finish(Order { cloud }, is_root);
+    }
+
+    fn clear(&mut self) {
+        self.resolved.tree.clear();
+        self.resolved.dots.clear();
+        self.border.clear();
+        self.nodes.clear();
+        self.forest.clear();
+        self.outer = None;
+        self.open.clear();
+        self.links.clear();
+    }
+
+    fn add_node(&mut self, summit: Summit) -> u32 {
+        self.nodes.push(summit);
+        self.forest.add()
+    }
+
+    fn outer_node(&mut self) -> u32 {
+        self.outer.unwrap_or_else(|| {
+            let node = self.add_node(Summit::OUTER);
+            self.outer = Some(node);
+            node
+        })
+    }
+
+    /// Makes nodes of a star's own triangles and links of its own Gabriel edges, and lets triangles flow across the others.
+    fn take_star(&mut self, star: Star<'_>) {
+        let center = star.center;
+        let mut names = star.names.iter();
+        let Some(last) = star.spokes.len().checked_sub(1) else { return };
+        let mut right = self.face_beyond(center.before, face_key(center.slot, center.before));
+        for (place, spoke) in star.spokes.iter().enumerate() {
+            let left = if place == last {
+                self.face_beyond(center.after, face_key(center.after, center.slot))
+            } else {
+                self.own_face(center.slot, spoke, star.spokes[place + 1].to, &mut names)
+            };
+            if spoke.marks.has(Marks::FROM_LEFT) {
+                self.forest.contract(left, right);
+            } else if spoke.marks.has(Marks::FROM_RIGHT) {
+                self.forest.contract(right, left);
+            } else {
+                self.links.push(Link { scale: spoke.scale, ends: [left, right], edge: [center.slot, spoke.to] });
+            }
+            right = left;
+        }
+    }
+
+    /// The node of the own triangle between a spoke and the next one.
+    #[inline]
+    fn own_face<'a>(
+        &mut self,
+        center: Slot,
+        at: &Spoke,
+        next: Slot,
+        names: &mut impl Iterator<Item = &'a [Slot; 3]>,
+    ) -> u32 {
+        let swapped = at.marks.has(Marks::NEXT_IS_SMALLER);
+        let (smaller, larger) = if swapped { (next, at.to) } else { (at.to, next) };
+        let name = if at.marks.has(Marks::CIRCLE) { names.next() } else { None };
+        // Without a maximum, the weight says that none is known.
+        let triangle = name.copied().unwrap_or([center, smaller, larger]);
+        let node = self.add_node(Summit { weight: at.weight, triangle });
+        let key = if swapped { face_key(next, center) } else { face_key(center, at.to) };
+        self.faces.meet(key, node)
+    }
+
+    /// The node of a triangle of which the star's vertex is the middle corner, or of the outer face.
+    #[inline]
+    fn face_beyond(&mut self, apex: Slot, key: FaceKey) -> u32 {
+        if apex == OUTSIDE {
+            return self.outer_node();
+        }
+        // The apex is the smallest corner: if it is of this leaf, its star came before.
+        let new = self.nodes.len() as u32;
+        let node = self.faces.meet(key, new);
+        if node == new {
+            self.add_node(Summit::UNKNOWN);
+        }
+        node
+    }
+
+    /// Puts a leaf's links in order.
+    fn sort_links(&mut self, order: Order<'_>) {
+        let Self { links, ranks, halfway_links: [sorted, _], .. } = self;
+        ranks.clear();
+        // Rounded to single precision scales are still in order, but for ties; positive ones have their bits in that order.
+        let rough = |link: &TileLink| !(link.scale as f32).to_bits();
+        ranks.extend(links.iter().zip(0..).map(|(link, place)| u64::from(rough(link)) << 32 | place));
+        ranks.sort_unstable();
+        let link = |rank: u64| &links[rank as u32 as usize];
+        for tied in ranks.chunk_by_mut(|a, b| a >> 32 == b >> 32).filter(|run| run.len() > 1) {
+            tied.sort_unstable_by(|&a, &b| {
+                let (a, b) = (link(a), link(b));
+                order.of(a.scale, a.edge, b.scale, b.edge)
+            });
+        }
+        sorted.clear();
+        sorted.extend(ranks.iter().map(|&rank| *link(rank)));
+        std::mem::swap(links, sorted);
+    }
+
+    /// Closes triangles that two parts have open.
+    fn meet_all(&mut self, parts: &[&Border], offsets: [u32; PARTS]) {
+        let mut halfway = std::mem::take(&mut self.halfway);
+        for (pair, (parts, offsets)) in halfway.iter_mut().zip(parts.chunks(2).zip(offsets.chunks(2))) {
+            let second = parts.get(1).map_or(&[][..], |part| &part.open);
+            self.meet([&parts[0].open, second], [offsets[0], offsets[1]], pair);
+        }
+        let mut open = std::mem::take(&mut self.open);
+        let [first, second] = &mut halfway;
+        self.meet([first, second], [0; 2], &mut open);
+        first.clear();
+        second.clear();
+        (self.open, self.halfway) = (open, halfway);
+    }
+
+    fn meet(&mut self, lists: [&[(FaceKey, u32)]; 2], offsets: [u32; 2], unmet: &mut Vec<(FaceKey, u32)>) {
+        let [mut first, mut second] = lists;
+        unmet.clear();
+        while let ([a, first_rest @ ..], [b, second_rest @ ..]) = (first, second) {
+            let [a, b] = [(a.0, a.1 + offsets[0]), (b.0, b.1 + offsets[1])];
+            match a.0.cmp(&b.0) {
+                Ordering::Less => {
+                    unmet.push(a);
+                    first = first_rest;
+                }
+                Ordering::Greater => {
+                    unmet.push(b);
+                    second = second_rest;
+                }
+                Ordering::Equal => {
+                    self.unite(a.1, b.1);
+                    (first, second) = (first_rest, second_rest);
+                }
+            }
+        }
+        for (rest, offset) in [first, second].into_iter().zip(offsets) {
+            unmet.extend(rest.iter().map(|&(key, node)| (key, node + offset)));
+        }
+    }
+
+    /// Two nodes are one. At most one of them knows its maximum.
+    fn unite(&mut self, a: u32, b: u32) {
+        let [a, b] = [a, b].map(|node| self.forest.root(node));
+        if a != b {
+            let weight = |node: u32| self.nodes[node as usize].weight;
+            let (known, other) = if weight(a) >= weight(b) { (a, b) } else { (b, a) };
+            self.forest.contract(other, known);
+        }
+    }
+
+    /// Puts the parts' links in one order.
+    fn merge_all(&mut self, order: Order<'_>, parts: &[&Border], offsets: [u32; PARTS]) {
+        let Self { links, halfway_links, .. } = self;
+        for (pair, (parts, offsets)) in halfway_links.iter_mut().zip(parts.chunks(2).zip(offsets.chunks(2))) {
+            let second = parts.get(1).map_or(&[][..], |part| &part.links);
+            merge(order, [&parts[0].links, second], [offsets[0], offsets[1]], pair);
+        }
+        let [first, second] = halfway_links;
+        merge(order, [first, second], [0; 2], links);
+        first.clear();
+        second.clear();
+    }
+
+    /// Reduces what has been put together.
+    fn finish(&mut self, order: Order<'_>, is_root: bool) {
+        debug_assert!(!is_root || self.open.is_empty(), "every triangle has both its ends in the whole");
+        for (_, node) in &mut self.open {
+            *node = self.forest.open(*node);
+        }
+        if let Some(outer) = &mut self.outer {
+            *outer = if is_root { self.forest.root(*outer) } else { self.forest.open(*outer) };
+        }
+        let Self { resolved, border, nodes, forest, links, kept, open, .. } = self;
+        kept.clear();
+        kept.resize(nodes.len(), NONE);
+        let mut keep = |node: u32| {
+            let place = &mut kept[node as usize];
+            if *place == NONE {
+                *place = border.nodes.len() as u32;
+                border.nodes.push(nodes[node as usize]);
+            }
+            *place
+        };
+        border.outer = self.outer.filter(|_| !is_root).map(&mut keep);
+        border.open.extend(open.iter().map(|&(key, node)| (key, keep(node))));
+        let elders = NodeOrder { order, nodes };
+        for link in &*links {
+            match forest.join(&elders, link.ends, 0) {
+                Join::Loop => resolved.tree.push(TreeEdge { scale: link.scale, ends: link.edge }),
+                Join::Ended(node) => resolved.dots.extend(dot(link, nodes[node as usize])),
+                Join::Left(ends) => border.links.push(Link { ends: ends.map(&mut keep), ..*link }),
+            }
+        }
+    }
+}
+
+/// So many parts are put together at once, at most.
+pub const PARTS: usize = 4;
+
+/// Merges two lists of links.
+fn merge(order: Order<'_>, lists: [&[TileLink]; 2], offsets: [u32; 2], merged: &mut Vec<TileLink>) {
+    let [mut first, mut second] = lists;
+    let moved = |link: &TileLink, offset: u32| Link { ends: link.ends.map(|node| node + offset), ..*link };
+    merged.clear();
+    while let ([a, first_rest @ ..], [b, second_rest @ ..]) = (first, second) {
+        if order.of(a.scale, a.edge, b.scale, b.edge).is_lt() {
+            merged.push(moved(a, offsets[0]));
+            first = first_rest;
+        } else {
+            merged.push(moved(b, offsets[1]));
+            second = second_rest;
+        }
+    }
+    for (rest, offset) in [first, second].into_iter().zip(offsets) {
+        merged.extend(rest.iter().map(|link| moved(link, offset)));
+    }
+}
+
+/// The dot of a link that ends a component of this maximum, unless it is on the diagonal.
+#[inline]
+fn dot(link: &TileLink, summit: Summit) -> Option<TileDot> {
+    let (birth, death) = (link.scale.sqrt(), summit.weight.sqrt());
+    let dot = TileDot { birth, death, edge: link.edge, triangle: summit.triangle };
+    debug_assert!(!death.is_nan(), "what is closed knows its maximum");
+    (death - birth > DIAGONAL * death).then_some(dot)
+}
+
+/// Triangles of which a leaf has seen one end or both.
+#[derive(Clone, Debug, Default)]
+struct Faces {
+    list: Vec<Face>,
+    /// Places in the list, one more than they are, by hash; 0 where there is none.
+    table: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Face {
+    key: FaceKey,
+    node: u32,
+    is_met: bool,
+}
+
+impl Faces {
+    /// Forgets all, and makes room for so many.
+    fn make_room(&mut self, count: usize) {
+        self.list.clear();
+        self.table.clear();
+        // More places than triangles: a search always ends.
+        self.table.resize((count + 1).next_power_of_two(), 0);
+    }
+
+    /// Notes one end of a triangle. Gives the node that its other end was noted with, or else the one given.
+    #[inline]
+    fn meet(&mut self, key: FaceKey, node: u32) -> u32 {
+        let mask = self.table.len() - 1;
+        let mut place = key.wrapping_mul(0x9E37_79B9_7F4A_7C15) as usize >> 32 & mask;
+        loop {
+            match self.table[place] {
+                0 => {
+                    self.list.push(Face { key, node, is_met: false });
+                    self.table[place] = self.list.len() as u32;
+                    return node;
+                }
+                index if self.list[index as usize - 1].key == key => {
+                    let face = &mut self.list[index as usize - 1];
+                    face.is_met = true;
+                    return face.node;
+                }
+                _ => place = (place + 1) & mask,
+            }
+        }
+    }
+
+    fn unmet(&self) -> impl Iterator<Item = (FaceKey, u32)> + '_ {
+        self.list.iter().filter(|face| !face.is_met).map(|face| (face.key, face.node))
+    }
+}
+
+#[inline]
+fn face_key(from: Slot, to: Slot) -> FaceKey {
+    u64::from(from) << 32 | u64::from(to)
+}
+
+/// The total order of edges, largest first.
+#[derive(Clone, Copy)]
+pub struct Order<'a> {
+    /// Knows where slots are.
+    pub cloud: &'a Cloud,
+}
+
+impl Order<'_> {
+    /// Compares two edges by their scales and, if these are equal, by their ends (each the smaller position first).
+    #[inline]
+    pub fn of(self, a: f64, a_ends: [Slot; 2], b: f64, b_ends: [Slot; 2]) -> Ordering {
+        // Scales are numbers, and 0 has one sign.
+        if a > b {
+            Ordering::Less
+        } else if a < b {
+            Ordering::Greater
+        } else {
+            self.of_ends(a_ends, b_ends)
+        }
+    }
+
+    fn of_ends(self, a: [Slot; 2], b: [Slot; 2]) -> Ordering {
+        if a == b { Ordering::Equal } else { self.positions(b).cmp(&self.positions(a)) }
+    }
+
+    fn positions<const N: usize>(self, slots: [Slot; N]) -> [Position; N] {
+        slots.map(|slot| self.cloud.position(slot))
+    }
+}
+
+/// The elder rule's order of a tile's nodes.
+struct NodeOrder<'a> {
+    order: Order<'a>,
+    nodes: &'a [Summit],
+}
+
+impl Elders for NodeOrder<'_> {
+    fn weight(&self, node: u32) -> f64 {
+        self.nodes[node as usize].weight
+    }
+
+    fn break_node_tie(&self, a: u32, b: u32) -> Ordering {
+        let [of_a, of_b] = [a, b].map(|node| self.nodes[node as usize]);
+        if of_a.weight == f64::NEG_INFINITY {
+            // Both are open, and will be told apart where their maxima are known.
+            return a.cmp(&b);
+        }
+        self.order.positions(of_a.triangle).cmp(&self.order.positions(of_b.triangle))
+    }
+}
