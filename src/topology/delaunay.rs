@@ -155,15 +155,6 @@ impl<'a> Plane<'a> {
     }
 }
 
-/// What is around a vertex.
-#[derive(Clone, Copy, Debug)]
-pub enum Surroundings<'a> {
-    /// All sites lie on one line: its neighbours on either side.
-    Line([Option<Located<Slot>>; 2]),
-    /// A half-edge out of it.
-    Plane(Plane<'a>, HalfEdge),
-}
-
 /// The Delaunay triangulation of a cloud, kept up to date.
 #[derive(Clone, Debug)]
 pub struct Delaunay {
@@ -220,16 +211,26 @@ impl Delaunay {
         }
     }
 
-    /// What is around the vertex at a position, which the cloud keeps in that slot.
+    /// The plane, to look around in; none, while all sites lie on one line.
     #[inline]
-    pub fn around(&self, slot: Slot, position: Position) -> Surroundings<'_> {
+    pub fn plane(&self) -> Option<Plane<'_>> {
         match &self.shape {
-            Shape::Line(path) => Surroundings::Line(neighbours(path, position)),
-            Shape::Plane(spade) => {
-                let vertex = spade.vertex(vertex_handle(&self.handles, slot));
-                let out = vertex.out_edge().expect("a vertex of a triangulation has edges");
-                Surroundings::Plane(Plane(spade), Plane::half_edge(out))
-            }
+            Shape::Line(_) => None,
+            Shape::Plane(spade) => Some(Plane(spade)),
+        }
+    }
+
+    /// A half-edge out of the vertex in a slot; none on a line.
+    #[inline]
+    pub fn edge_out_of(&self, slot: Slot) -> Option<HalfEdge> {
+        self.plane().map(|Plane(spade)| out_of(spade, vertex_handle(&self.handles, slot)))
+    }
+
+    /// On a line, what is on either side of a position; nothing in the plane.
+    pub fn on_either_side(&self, position: Position) -> [Option<Located<Slot>>; 2] {
+        match &self.shape {
+            Shape::Line(path) => neighbours(path, position),
+            Shape::Plane(_) => [None; 2],
         }
     }
 

@@ -5,6 +5,8 @@
 
 use std::cmp::Ordering;
 
+use hashbrown::HashTable;
+
 use super::workshop::{Order, Resolved, TileDot, TreeEdge};
 use crate::topology::cloud::Slot;
 
@@ -76,9 +78,19 @@ fn difference<T: Copy + PartialEq>(
 
 /// Drops what stands in both of two lists without repetitions.
 fn cancel<T: Copy + PartialEq>(removed: &mut Vec<T>, added: &mut Vec<T>, key: impl Fn(&T) -> u64) {
-    removed.sort_unstable_by_key(&key);
-    added.sort_unstable_by_key(&key);
-    let (mut gone, mut come) = (Vec::with_capacity(removed.len()), Vec::with_capacity(added.len()));
-    difference(removed, added, |a, b| key(a).cmp(&key(b)), &mut gone, &mut come);
-    (*removed, *added) = (gone, come);
+    let hash = |item: &T| {
+        let mixed = key(item).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        mixed ^ (mixed >> 32)
+    };
+    let mut places = HashTable::with_capacity(removed.len());
+    for place in 0..removed.len() {
+        places.insert_unique(hash(&removed[place]), place, |&place| hash(&removed[place]));
+    }
+    let mut has_moved = vec![false; removed.len()];
+    added.retain(|item| {
+        let same = places.find(hash(item), |&place| removed[place] == *item);
+        same.inspect(|&&place| has_moved[place] = true).is_none()
+    });
+    let mut has_moved = has_moved.into_iter();
+    removed.retain(|_| !has_moved.next().unwrap_or(false));
 }

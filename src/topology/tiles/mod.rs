@@ -87,6 +87,8 @@ struct Worker {
     reader: Reader,
     /// Vertices whose stars are read.
     to_read: Vec<Located<Slot>>,
+    /// Of each star that a leaf has: what becomes of it.
+    fates: Vec<Fate>,
     stars: Stars,
     workshop: Workshop,
     difference: Difference,
@@ -305,19 +307,28 @@ impl Tiles {
 
     fn read_leaf(&self, delaunay: &Delaunay, reading: &mut Reading, worker: &mut Worker) {
         let Reading { tile, stars: old, arrivals } = reading;
-        let Worker { reader, stars, to_read, .. } = worker;
+        let Worker { reader, to_read, fates, stars, .. } = worker;
+        arrivals.sort_unstable();
+        let mut coming = arrivals.drain(..).peekable();
         to_read.clear();
-        to_read.append(arrivals);
-        to_read.extend(old.vertices().filter(|&(_, slot)| self.fate(slot, *tile) == Fate::IsRead));
-        to_read.sort_unstable();
+        fates.clear();
+        for vertex in old.vertices() {
+            to_read.extend(std::iter::from_fn(|| coming.next_if(|arrival| arrival < &vertex)));
+            let fate = self.fate(vertex.1, *tile);
+            fates.push(fate);
+            if fate == Fate::IsRead {
+                to_read.push(vertex);
+            }
+        }
+        to_read.extend(coming);
         reader.look_around(delaunay, to_read);
         let mut reads = to_read.iter().copied().enumerate().peekable();
         stars.clear();
-        for star in old.iter() {
-            while let Some((place, vertex)) = reads.next_if(|read| read.1.0 <= star.center.position) {
-                reader.read(delaunay, place, vertex, stars);
-            }
-            if self.fate(star.center.slot, *tile) == Fate::Stays {
+        for (star, &fate) in old.iter().zip(&*fates) {
+            if fate == Fate::Stays {
+                while let Some((place, vertex)) = reads.next_if(|read| read.1.0 < star.center.position) {
+                    reader.read(delaunay, place, vertex, stars);
+                }
                 stars.push(star);
             }
         }

@@ -12,7 +12,7 @@ use std::cmp::Ordering;
 
 use crate::topology::cloud::Slot;
 use crate::topology::cocircular::{Located, by_position, on_one_circle};
-use crate::topology::delaunay::{Delaunay, HalfEdge, Plane, Surroundings};
+use crate::topology::delaunay::{Delaunay, HalfEdge, Plane};
 use crate::topology::geometry::{acuteness, circumradius_squared, half_length_squared};
 use crate::topology::position::Position;
 
@@ -206,15 +206,11 @@ impl Reader {
         let Self { rings, turning, .. } = self;
         turning.clear();
         rings.resize_with(rings.len().max(vertices.len()), Vec::new);
-        let mut plane = None;
-        for (ring, &(position, slot)) in (0..).zip(vertices) {
+        let Some(plane) = delaunay.plane() else { return };
+        for (ring, &(_, slot)) in (0..).zip(vertices) {
             rings[ring as usize].clear();
-            if let Surroundings::Plane(there, out) = delaunay.around(slot, position) {
-                plane = Some(there);
-                turning.push((ring, out, out));
-            }
+            turning.extend(delaunay.edge_out_of(slot).map(|out| (ring, out, out)));
         }
-        let Some(plane) = plane else { return };
         while !turning.is_empty() {
             turning.retain_mut(|(ring, out, edge)| {
                 let (position, slot) = plane.origin(plane.twin(*edge));
@@ -228,18 +224,16 @@ impl Reader {
     /// Reads the star of the vertex that stood at a place in the list looked around from, to the end of `stars`.
     pub fn read(&mut self, delaunay: &Delaunay, place: usize, (position, slot): Located<Slot>, stars: &mut Stars) {
         let first = stars.spokes.len();
-        let [before, after] = match delaunay.around(slot, position) {
-            Surroundings::Line(neighbours) => {
-                let larger = neighbours.into_iter().flatten().filter(|neighbour| position < neighbour.0);
-                stars.spokes.extend(larger.map(|(other, to)| spoke(half_length_squared(position, other), to)));
-                [OUTSIDE; 2]
-            }
-            Surroundings::Plane(plane, _) => {
-                let ring = std::mem::take(&mut self.rings[place]);
-                let beyond = self.read_fan(plane, &ring, (position, slot), stars);
-                self.rings[place] = ring;
-                beyond
-            }
+        let [before, after] = if let Some(plane) = delaunay.plane() {
+            let ring = std::mem::take(&mut self.rings[place]);
+            let beyond = self.read_fan(plane, &ring, (position, slot), stars);
+            self.rings[place] = ring;
+            beyond
+        } else {
+            let both = delaunay.on_either_side(position);
+            let larger = both.into_iter().flatten().filter(|neighbour| position < neighbour.0);
+            stars.spokes.extend(larger.map(|(other, to)| spoke(half_length_squared(position, other), to)));
+            [OUTSIDE; 2]
         };
         let spokes = (stars.spokes.len() - first) as u32;
         stars.centers.push(Center { position, slot, before, after, spokes });
