@@ -3,7 +3,8 @@
 //!
 //! In: a scene and sizes. Out: one line of JSON on stdout: medians over the frames, in milliseconds, of `spade`'s insertions and removals and of the
 //! whole frame (points into the window, triangulation, reduction, view, diff), their ratio, tiles reduced, changes told, peak memory. With
-//! `--check`, every frame is compared with recomputation from scratch instead; the first difference ends it.
+//! `--alone` there is no bare `spade`, whose memory is in the peak too; with `--check` neither, and every frame is compared with recomputation from
+//! scratch, outside of the time: the first difference ends it.
 //!
 //! `cargo run --release --example live_frames -- sweep --points 100000 --replace 1000 --frames 100 --threads 1`
 
@@ -32,7 +33,7 @@ fn main() -> Result<(), Error> {
     let mut pipeline = Pipeline::new(Options { window, resolution: None }).with_leaf(run.leaf);
     let mut follower = Follower::new(ViewSpec::default());
     let first = scene.points(run.points);
-    let mut bare = Bare::new(&first);
+    let mut bare = (!run.alone).then(|| Bare::new(&first));
     let mut frames = Frames::default();
     // The first frame is loaded, and the tiles are made in the second.
     for (number, batch) in std::iter::once(first).chain((0..=run.frames).map(|_| Vec::new())).enumerate() {
@@ -45,15 +46,12 @@ fn main() -> Result<(), Error> {
         if run.check {
             pipeline.check(&follower)?;
         }
+        let spade = bare.as_mut().filter(|_| number > 0).map(|bare| bare.replace(&batch, &run.scene));
         if number < 2 {
-            if number > 0 {
-                bare.replace(&batch, &run.scene);
-            }
             continue;
         }
         frames.ours.push(ours.as_secs_f64() * 1e3);
-        let spade = if run.check { 0.0 } else { bare.replace(&batch, &run.scene) * 1e3 };
-        frames.spade.push(spade);
+        frames.spade.push(spade.unwrap_or(f64::NAN) * 1e3);
         frames.tiles.push(pipeline.tiles_reduced() as f64);
         let diff = step.diff;
         frames.told.push((diff.tree_added.len() + diff.tree_removed.len() + diff.critical_set.len()) as f64);
@@ -80,14 +78,23 @@ struct Run {
     threads: usize,
     leaf: usize,
     check: bool,
+    alone: bool,
 }
 
 impl Run {
     fn from_arguments(mut arguments: impl Iterator<Item = String>) -> Result<Self, Error> {
-        let usage = "usage: live_frames sweep|spread|drift|camera [--points N] [--replace N] [--frames N] [--threads N] [--leaf N] [--check]";
+        let usage = "usage: live_frames sweep|spread|drift|camera [--points N] [--replace N] [--frames N] [--threads N] [--leaf N] [--check] [--alone]";
         let scene = arguments.next().ok_or(usage)?;
-        let mut run =
-            Self { scene, points: 100_000, replace: 1_000, frames: 100, threads: 1, leaf: LEAF, check: false };
+        let mut run = Self {
+            scene,
+            points: 100_000,
+            replace: 1_000,
+            frames: 100,
+            threads: 1,
+            leaf: LEAF,
+            check: false,
+            alone: false,
+        };
         let mut replace = None;
         while let Some(name) = arguments.next() {
             let mut number = || -> Result<usize, Error> { Ok(arguments.next().ok_or(usage)?.parse()?) };
@@ -97,7 +104,8 @@ impl Run {
                 "--frames" => run.frames = number()?,
                 "--threads" => run.threads = number()?,
                 "--leaf" => run.leaf = number()?,
-                "--check" => run.check = true,
+                "--check" => (run.check, run.alone) = (true, true),
+                "--alone" => run.alone = true,
                 _ => return Err(usage.into()),
             }
         }

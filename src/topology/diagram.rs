@@ -25,7 +25,7 @@ const GROWTH: usize = 8;
 const FINENESS: f64 = 8.0;
 
 /// At most so many buckets.
-const BUCKETS: f64 = 65_536.0;
+const BUCKETS: f64 = 4_096.0;
 
 /// The order of dots: the most persistent first, equal ones by their edges.
 type Rank = (Reverse<u64>, EdgeId);

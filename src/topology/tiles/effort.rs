@@ -32,7 +32,7 @@ impl Tiles {
         leaves.sort_unstable();
         leaves.dedup();
         let count = count as f64;
-        let touched = touched(sample.len() as f64, leaves.len() as f64, count).min(self.leaf_count());
+        let touched = touched(sample.len() as f64, leaves.len() as f64, count, self.leaf_count());
         let few = count.min(CROWD * touched);
         touched * LEAF + few * CHANGE + (count - few) * CHANGE_IN_CROWD
     }
@@ -42,14 +42,11 @@ impl Tiles {
     }
 }
 
-/// How many different ones are expected among `count` draws, if there were `different` among the first `sample`.
-fn touched(sample: f64, different: f64, count: f64) -> f64 {
-    if different >= sample {
-        return count;
-    }
+/// How many of `all` are expected to be among `count` draws, if there were so many different ones in the first `sample`.
+fn touched(sample: f64, different: f64, count: f64, all: f64) -> f64 {
     let expected = |pool: f64, draws: f64| pool * (1.0 - (-draws / pool).exp());
-    // From how many they are drawn; it is bisected, since more of them mean more that are different.
-    let (mut low, mut high) = (different, sample * sample);
+    // How many of them are drawn from; it is bisected, since the more there are, the more are different.
+    let (mut low, mut high) = (different.min(all), all);
     for _ in 0..32 {
         let middle = 0.5 * (low + high);
         if expected(middle, sample) < different { low = middle } else { high = middle }
@@ -63,9 +60,10 @@ mod tests {
 
     #[test]
     fn a_sample_tells_how_many_are_touched() {
-        assert_eq!(touched(64.0, 64.0, 2000.0), 2000.0);
-        assert!((touched(64.0, 10.0, 2000.0) - 10.0).abs() < 0.5, "a few leaves, over and over");
-        let of_a_hundred = touched(64.0, 47.0, 2000.0);
+        assert!((touched(64.0, 64.0, 2000.0, 1e9) - 2000.0).abs() < 1.0, "all different, of very many");
+        assert!((touched(64.0, 64.0, 2000.0, 1000.0) - 865.0).abs() < 1.0, "all different, of a thousand");
+        assert!((touched(64.0, 10.0, 2000.0, 1000.0) - 10.0).abs() < 0.5, "a few, over and over");
+        let of_a_hundred = touched(64.0, 47.0, 2000.0, 1000.0);
         assert!((90.0..110.0).contains(&of_a_hundred), "{of_a_hundred}");
     }
 }

@@ -47,7 +47,7 @@ const ROOT: TileId = 0;
 const STRIDE: u32 = 2;
 
 /// Fewer tiles than this are not worth being handed to other threads.
-const FEW: usize = 16;
+const FEW: usize = 64;
 
 /// The tree of tiles over a cloud.
 #[derive(Clone, Debug)]
@@ -146,6 +146,8 @@ struct Reducing {
     tile: TileId,
     resolved: Resolved,
     border: Border,
+    /// The largest death that it resolves.
+    own_death: f64,
     /// Whether its border is not what it was.
     is_changed: bool,
 }
@@ -371,7 +373,7 @@ impl Tiles {
         let Tile { resolved, border, is_stale, .. } = &mut self.tiles[tile as usize];
         std::mem::take(is_stale).then(|| {
             let (resolved, border) = (std::mem::take(resolved), std::mem::take(border));
-            Reducing { tile, resolved, border, is_changed: false }
+            Reducing { tile, resolved, border, own_death: 0.0, is_changed: false }
         })
     }
 
@@ -388,6 +390,7 @@ impl Tiles {
             Body::Free => unreachable!("a freed tile is on no list"),
         }
         difference.compare(&Order { cloud }, &job.resolved, &workshop.resolved);
+        job.own_death = workshop.resolved.dots.iter().map(|dot| dot.death).fold(0.0, f64::max);
         job.is_changed = job.border != workshop.border;
         job.resolved.copy_from(&workshop.resolved);
         job.border.copy_from(&workshop.border);
@@ -406,7 +409,7 @@ impl Tiles {
 
     fn install(&mut self, job: Reducing) {
         let tile = &mut self.tiles[job.tile as usize];
-        tile.own_death = job.resolved.dots.iter().map(|dot| dot.death).fold(0.0, f64::max);
+        tile.own_death = job.own_death;
         tile.resolved = job.resolved;
         tile.border = job.border;
         if job.is_changed {
@@ -430,7 +433,7 @@ fn in_parallel<T: Send>(workers: &mut Vec<Worker>, items: &mut [T], step: impl F
     if items.len() < FEW || threads == 1 {
         return items.iter_mut().for_each(|item| step(&mut workers[0], item));
     }
-    let pieces = (4 * threads).min(items.len() / (FEW / 4));
+    let pieces = (4 * threads).min(items.len() / 16);
     workers.resize_with(workers.len().max(pieces), Worker::default);
     let pieces = items.par_chunks_mut(items.len().div_ceil(pieces)).zip(workers.par_iter_mut());
     pieces.for_each(|(items, worker)| items.iter_mut().for_each(|item| step(worker, item)));
