@@ -303,7 +303,7 @@ impl Pipeline {
         self.dirt.clear();
         let mut guide = Guide::new(self.tiles.as_ref(), &mut self.dirt);
         let update = self.delaunay.apply_by(update, &self.cloud, &change, &mut guide);
-        let told = Change::of_cloud(self.reached, &self.cloud, &change);
+        let told = self.is_followed.then(|| Change::of_cloud(self.reached, &self.cloud, &change));
         self.reached = self.committed;
         self.computed += 1;
         self.change = match (update, &mut self.tiles) {
@@ -313,10 +313,10 @@ impl Pipeline {
                 if let Some(diagram) = &mut self.diagram {
                     diagram.follow(&difference, |dot| change::critical(&self.cloud, dot));
                 }
-                Some(told.with_difference(&self.cloud, &difference))
+                told.map(|told| told.with_difference(&self.cloud, &difference))
             }
             (update, _) => {
-                let old = self.is_followed.then(|| self.parts());
+                let old = told.map(|told| (told, self.parts()));
                 self.diagram = None;
                 if update == Update::Bulk {
                     self.tiles = None;
@@ -325,7 +325,7 @@ impl Pipeline {
                     self.whole = None;
                     self.tiles = Some(Tiles::new(&self.cloud, &self.delaunay, self.leaf));
                 }
-                old.map(|old| told.with_parts(&old, &self.parts()))
+                old.map(|(told, old)| told.with_parts(&old, &self.parts()))
             }
         };
     }
