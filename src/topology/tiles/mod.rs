@@ -28,7 +28,7 @@ pub use self::difference::Difference;
 pub use self::dirt::{Dirt, Guide};
 use self::growth::Split;
 use self::star::{Reader, Stars};
-use self::workshop::{Border, Order, PARTS, Resolved, Workshop};
+use self::workshop::{Border, Order, Resolved, Workshop};
 pub use self::workshop::{TileDot, TreeEdge};
 use super::cloud::{Cloud, CloudChange, Slot};
 use super::cocircular::Located;
@@ -383,9 +383,9 @@ impl Tiles {
         match &tile.body {
             Body::Leaf { stars, .. } => workshop.reduce_leaf(cloud, stars, job.tile == ROOT),
             Body::Halves { halves, .. } => {
-                let mut parts = Vec::with_capacity(PARTS);
+                let mut parts = Vec::with_capacity(1 << STRIDE);
                 halves.iter().for_each(|&half| self.gather_parts(half, &mut parts));
-                workshop.reduce_parts(cloud, &parts, job.tile == ROOT);
+                workshop.reduce_parts(cloud, parts.iter().copied(), job.tile == ROOT);
             }
             Body::Free => unreachable!("a freed tile is on no list"),
         }

@@ -58,7 +58,7 @@ pub struct Border {
     nodes: Vec<Summit>,
     /// The node of the outer face, if the tile has seen it.
     outer: Option<u32>,
-    /// Triangles with edges elsewhere, and the nodes they belong to; in order.
+    /// Triangles with edges elsewhere, and the nodes they belong to.
     open: Vec<(FaceKey, u32)>,
     /// In order.
     links: Vec<TileLink>,
@@ -106,13 +106,11 @@ pub struct Workshop {
     outer: Option<u32>,
     open: Vec<(FaceKey, u32)>,
     links: Vec<TileLink>,
-    /// The links' order, where they do not come in it.
+    /// The links' order.
     ranks: Vec<u64>,
     faces: Faces,
     kept: Vec<u32>,
-    /// Lists on their way to be merged.
-    halfway: [Vec<(FaceKey, u32)>; 2],
-    halfway_links: [Vec<TileLink>; 2],
+    sorted: Vec<TileLink>,
 }
 
 const NONE: u32 = u32::MAX;
@@ -125,29 +123,32 @@ impl Workshop {
         self.faces.make_room(stars.spoke_count() + 2 * stars.len());
         stars.iter().for_each(|star| self.take_star(star));
         self.open.extend(self.faces.unmet());
-        self.open.sort_unstable_by_key(|&(key, _)| key);
         self.sort_links(Order { cloud });
         self.finish(Order { cloud }, is_root);
     }
 
-    /// Reduces a tile of up to four parts.
-    pub fn reduce_parts(&mut self, cloud: &Cloud, parts: &[&Border], is_root: bool) {
+    /// Reduces a tile from what its parts leave.
+    pub fn reduce_parts<'a>(&mut self, cloud: &Cloud, parts: impl Iterator<Item = &'a Border> + Clone, is_root: bool) {
         self.clear();
-        let mut offsets = [0; PARTS];
-        for (part, offset) in parts.iter().zip(&mut offsets) {
-            *offset = self.nodes.len() as u32;
+        self.faces.make_room(parts.clone().map(|part| part.open.len()).sum());
+        for part in parts {
+            let offset = self.nodes.len() as u32;
             self.nodes.extend_from_slice(&part.nodes);
-        }
-        self.forest.grow(self.nodes.len(), |_| false);
-        for (part, offset) in parts.iter().zip(offsets) {
+            self.forest.grow(self.nodes.len(), |_| false);
+            let moved = |link: &TileLink| Link { ends: link.ends.map(|node| node + offset), ..*link };
+            self.links.extend(part.links.iter().map(moved));
+            for &(key, node) in &part.open {
+                let other = self.faces.meet(key, node + offset);
+                self.unite(node + offset, other);
+            }
             match (self.outer, part.outer.map(|node| node + offset)) {
                 (Some(outer), Some(other)) => self.unite(outer, other),
                 (None, outer) => self.outer = outer,
                 (Some(_), None) => {}
             }
         }
-        self.meet_all(parts, offsets);
-        self.merge_all(Order { cloud }, parts, offsets);
+        self.open.extend(self.faces.unmet());
+        self.sort_links(Order { cloud });
         self.finish(Order { cloud }, is_root);
     }
 
@@ -232,9 +233,9 @@ impl Workshop {
         node
     }
 
-    /// Puts a leaf's links in order.
+    /// Puts links in order.
     fn sort_links(&mut self, order: Order<'_>) {
-        let Self { links, ranks, halfway_links: [sorted, _], .. } = self;
+        let Self { links, ranks, sorted, .. } = self;
         ranks.clear();
         // Rounded to single precision scales are still in order, but for ties; positive ones have their bits in that order.
         let rough = |link: &TileLink| !(link.scale as f32).to_bits();
@@ -252,46 +253,6 @@ impl Workshop {
         std::mem::swap(links, sorted);
     }
 
-    /// Closes triangles that two parts have open.
-    fn meet_all(&mut self, parts: &[&Border], offsets: [u32; PARTS]) {
-        let mut halfway = std::mem::take(&mut self.halfway);
-        for (pair, (parts, offsets)) in halfway.iter_mut().zip(parts.chunks(2).zip(offsets.chunks(2))) {
-            let second = parts.get(1).map_or(&[][..], |part| &part.open);
-            self.meet([&parts[0].open, second], [offsets[0], offsets[1]], pair);
-        }
-        let mut open = std::mem::take(&mut self.open);
-        let [first, second] = &mut halfway;
-        self.meet([first, second], [0; 2], &mut open);
-        first.clear();
-        second.clear();
-        (self.open, self.halfway) = (open, halfway);
-    }
-
-    fn meet(&mut self, lists: [&[(FaceKey, u32)]; 2], offsets: [u32; 2], unmet: &mut Vec<(FaceKey, u32)>) {
-        let [mut first, mut second] = lists;
-        unmet.clear();
-        while let ([a, first_rest @ ..], [b, second_rest @ ..]) = (first, second) {
-            let [a, b] = [(a.0, a.1 + offsets[0]), (b.0, b.1 + offsets[1])];
-            match a.0.cmp(&b.0) {
-                Ordering::Less => {
-                    unmet.push(a);
-                    first = first_rest;
-                }
-                Ordering::Greater => {
-                    unmet.push(b);
-                    second = second_rest;
-                }
-                Ordering::Equal => {
-                    self.unite(a.1, b.1);
-                    (first, second) = (first_rest, second_rest);
-                }
-            }
-        }
-        for (rest, offset) in [first, second].into_iter().zip(offsets) {
-            unmet.extend(rest.iter().map(|&(key, node)| (key, node + offset)));
-        }
-    }
-
     /// Two nodes are one. At most one of them knows its maximum.
     fn unite(&mut self, a: u32, b: u32) {
         let [a, b] = [a, b].map(|node| self.forest.root(node));
@@ -300,19 +261,6 @@ impl Workshop {
             let (known, other) = if weight(a) >= weight(b) { (a, b) } else { (b, a) };
             self.forest.contract(other, known);
         }
-    }
-
-    /// Puts the parts' links in one order.
-    fn merge_all(&mut self, order: Order<'_>, parts: &[&Border], offsets: [u32; PARTS]) {
-        let Self { links, halfway_links, .. } = self;
-        for (pair, (parts, offsets)) in halfway_links.iter_mut().zip(parts.chunks(2).zip(offsets.chunks(2))) {
-            let second = parts.get(1).map_or(&[][..], |part| &part.links);
-            merge(order, [&parts[0].links, second], [offsets[0], offsets[1]], pair);
-        }
-        let [first, second] = halfway_links;
-        merge(order, [first, second], [0; 2], links);
-        first.clear();
-        second.clear();
     }
 
     /// Reduces what has been put together.
@@ -345,28 +293,6 @@ impl Workshop {
                 Join::Left(ends) => border.links.push(Link { ends: ends.map(&mut keep), ..*link }),
             }
         }
-    }
-}
-
-/// So many parts are put together at once, at most.
-pub const PARTS: usize = 4;
-
-/// Merges two lists of links.
-fn merge(order: Order<'_>, lists: [&[TileLink]; 2], offsets: [u32; 2], merged: &mut Vec<TileLink>) {
-    let [mut first, mut second] = lists;
-    let moved = |link: &TileLink, offset: u32| Link { ends: link.ends.map(|node| node + offset), ..*link };
-    merged.clear();
-    while let ([a, first_rest @ ..], [b, second_rest @ ..]) = (first, second) {
-        if order.of(a.scale, a.edge, b.scale, b.edge).is_lt() {
-            merged.push(moved(a, offsets[0]));
-            first = first_rest;
-        } else {
-            merged.push(moved(b, offsets[1]));
-            second = second_rest;
-        }
-    }
-    for (rest, offset) in [first, second].into_iter().zip(offsets) {
-        merged.extend(rest.iter().map(|link| moved(link, offset)));
     }
 }
 
