@@ -1,14 +1,15 @@
 //! Criterion benches of the core, each beside bare `spade` doing the same updates, which is our limit.
 //!
 //! Groups: `bulk` (the triangulation from scratch), `insert` and `remove` (1,000 points, one by one), `pass` (filtration, reduction
-//! and skeleton of a mesh at hand), `frame` (points in memory to HoPeS_{1,1}; and 1,000 points replaced). At n = 1e4 and 1e5, and 1e6 with
+//! and skeleton of a mesh at hand), `frame` (points in memory to HoPeS_{1,1}; and 1,000 points replaced, anywhere, to what changed in it;
+//! `live_frames` has more of these). At n = 1e4 and 1e5, and 1e6 with
 //! `HOPES_BENCH_LARGE=1`. Run: `cargo bench --bench pipeline`.
 
 use std::hint::black_box;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use hopes::topology::stages::{Basins, Delaunay, Filtration, Mesh};
-use hopes::topology::{Cloud, Options, Pipeline, Skeleton, ViewSpec, Window};
+use hopes::topology::{Cloud, Follower, Options, Pipeline, Skeleton, ViewSpec, Window};
 use spade::{DelaunayTriangulation, LastUsedVertexHintGenerator, Point2, Triangulation};
 
 type Spade = DelaunayTriangulation<Point2<f64>, (), (), (), LastUsedVertexHintGenerator>;
@@ -154,15 +155,16 @@ fn frame(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("replace_1000", n), |b| {
             let window = Window::Points((n as u64).try_into().expect("not zero"));
             let mut pipeline = Pipeline::new(Options { window, resolution: None });
+            let mut follower = Follower::new(ViewSpec::default());
             pipeline.feed_points(&points, None);
             pipeline.commit(None);
-            pipeline.poll_frame();
+            pipeline.poll_step(&mut follower);
             let mut batches = (2..).map(|seed| uniform(BATCH, seed));
             b.iter(|| {
                 let batch = batches.next().expect("there is always a next seed");
                 pipeline.feed_points(&batch, None);
                 pipeline.commit(None);
-                black_box(pipeline.poll_frame().map(|frame| frame.view(ViewSpec::default())))
+                black_box(pipeline.poll_step(&mut follower))
             });
         });
     }

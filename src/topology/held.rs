@@ -70,7 +70,7 @@ impl Held for HeldTiles<'_> {
     fn tree_between(&self, low: Option<f64>, high: f64) -> Vec<TreeEdgeId> {
         let edges =
             self.tiles.tree_between(|scale| low.is_some_and(|low| scale.sqrt() <= low), |scale| scale.sqrt() <= high);
-        edges.map(|edge| change::tree_edge(self.cloud, edge)).collect()
+        edges.iter().map(|edge| change::tree_edge(self.cloud, edge)).collect()
     }
 
     fn dots_down_to(&self, persistence: f64) -> Vec<Critical> {

@@ -68,6 +68,7 @@ impl Tiles {
             border: Default::default(),
             own_death: 0.0,
             last_death: 0.0,
+            longest: 0.0,
             listed_in: 0,
             is_stale: true,
         };

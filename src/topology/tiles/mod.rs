@@ -107,6 +107,8 @@ struct Tile {
     own_death: f64,
     /// The largest death in it and below.
     last_death: f64,
+    /// Half the length of the longest tree edge in it and below, squared.
+    longest: f64,
     /// The round in which it was last put on the list of tiles to be looked at.
     listed_in: u32,
     /// Whether it has to be reduced.
@@ -230,18 +232,28 @@ impl Tiles {
         self.tiles.iter().flat_map(|tile| &tile.resolved.dots)
     }
 
-    /// Edges of the tree that are longer than one scale and not longer than another, in no order; `is_up_to` tells by the squared scale.
+    /// Edges of the tree that are longer than one scale and not longer than another, in no order; `is_up_to_*` tells by the squared scale.
     pub fn tree_between(
         &self,
         is_up_to_low: impl Fn(f64) -> bool,
         is_up_to_high: impl Fn(f64) -> bool,
-    ) -> impl Iterator<Item = &TreeEdge> {
-        self.tiles.iter().flat_map(move |tile| {
+    ) -> Vec<TreeEdge> {
+        let mut between = Vec::new();
+        let mut todo = vec![ROOT];
+        while let Some(id) = todo.pop() {
+            let tile = &self.tiles[id as usize];
+            if is_up_to_low(tile.longest) {
+                continue;
+            }
             let tree = &tile.resolved.tree;
             let from = tree.partition_point(|edge| !is_up_to_high(edge.scale));
             let to = tree.partition_point(|edge| !is_up_to_low(edge.scale));
-            &tree[from.min(to)..to]
-        })
+            between.extend_from_slice(&tree[from.min(to)..to]);
+            if let Body::Halves { halves, .. } = tile.body {
+                todo.extend(halves);
+            }
+        }
+        between
     }
 
     /// How many tiles were reduced last.
@@ -360,7 +372,7 @@ impl Tiles {
             reduced += jobs.len();
             in_parallel(&mut workers, &mut jobs, |worker, job| self.reduce(cloud, job, worker));
             jobs.into_iter().for_each(|job| self.install(job));
-            level.into_iter().for_each(|tile| self.note_last_death(tile));
+            level.into_iter().for_each(|tile| self.note_extremes(tile));
         }
         self.reduced = reduced;
         let mut total = Difference::default();
@@ -417,13 +429,19 @@ impl Tiles {
         }
     }
 
-    fn note_last_death(&mut self, id: TileId) {
+    /// Brings up to date what is known of a tile and all below it, whose halves are.
+    fn note_extremes(&mut self, id: TileId) {
         let tile = &self.tiles[id as usize];
-        let below = match &tile.body {
-            Body::Halves { halves, .. } => halves.map(|half| self.tiles[half as usize].last_death),
-            Body::Leaf { .. } | Body::Free => [0.0; 2],
-        };
-        self.tiles[id as usize].last_death = below.into_iter().fold(tile.own_death, f64::max);
+        let mut last_death = tile.own_death;
+        let mut longest = tile.resolved.tree.first().map_or(0.0, |edge| edge.scale);
+        if let Body::Halves { halves, .. } = &tile.body {
+            for half in halves.map(|half| &self.tiles[half as usize]) {
+                last_death = last_death.max(half.last_death);
+                longest = longest.max(half.longest);
+            }
+        }
+        let tile = &mut self.tiles[id as usize];
+        (tile.last_death, tile.longest) = (last_death, longest);
     }
 }
 
