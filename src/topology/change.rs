@@ -3,9 +3,11 @@
 //! In: the [`Difference`] that the tiles found, or two skeletons. Out: a [`Change`], by ids, from which every view's diff follows.
 //! Invariants: it holds what changed and nothing else; it starts from one frame and leads to one. Must not know: views, formats.
 
+use std::cmp::Ordering;
+
 use super::cloud::{Cloud, CloudChange, Vertex};
-use super::diff::{Critical, EdgeId, merge};
-use super::skeleton::Skeleton;
+use super::diff::{Critical, EdgeId};
+use super::skeleton::{Edge, Skeleton};
 use super::tiles::{Difference, TileDot, Tiles, TreeEdge};
 
 /// An edge of the minimum spanning tree and the scale at which it enters.
@@ -30,10 +32,17 @@ pub struct Change {
     pub tree_added: Vec<TreeEdgeId>,
     /// Tree edges that are gone, in no order.
     pub tree_removed: Vec<TreeEdgeId>,
+    /// Which dots have changed; not told of after one pass, where asking for those that are shown is quicker.
+    pub dots: Option<DotChange>,
+}
+
+/// Which dots have changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DotChange {
     /// Dots that are new or have a new label, in no order.
-    pub dots_added: Vec<Critical>,
+    pub added: Vec<Critical>,
     /// Dots that are gone or had another label, in no order.
-    pub dots_removed: Vec<Critical>,
+    pub removed: Vec<Critical>,
 }
 
 impl Change {
@@ -53,61 +62,82 @@ impl Change {
     pub fn with_difference(mut self, cloud: &Cloud, difference: &Difference) -> Self {
         self.tree_added.extend(difference.tree_added.iter().map(|edge| tree_edge(cloud, edge)));
         self.tree_removed.extend(difference.tree_removed.iter().map(|edge| tree_edge(cloud, edge)));
-        self.dots_added.extend(difference.dots_added.iter().map(|dot| critical(cloud, dot)));
-        self.dots_removed.extend(difference.dots_removed.iter().map(|dot| critical(cloud, dot)));
+        let dots = |dots: &[TileDot]| dots.iter().map(|dot| critical(cloud, dot)).collect();
+        self.dots = Some(DotChange { added: dots(&difference.dots_added), removed: dots(&difference.dots_removed) });
         self
     }
 
-    /// Adds what is in one of two parts alone.
-    pub fn with_parts(mut self, old: &Parts, new: &Parts) -> Self {
-        merge(
-            &old.tree,
-            &new.tree,
-            |edge| edge.edge,
-            |pair| match pair {
-                (Some(old), None) => self.tree_removed.push(*old),
-                (None, Some(new)) => self.tree_added.push(*new),
-                _ => {}
-            },
-        );
-        merge(
-            &old.dots,
-            &new.dots,
-            |dot| dot.edge,
-            |pair| {
-                if pair.0 != pair.1 {
-                    self.dots_removed.extend(pair.0);
-                    self.dots_added.extend(pair.1);
-                }
-            },
-        );
-        self
+    /// Adds edges that are in one of two trees alone.
+    pub fn with_trees(mut self, old: &Tree<'_>, new: &Tree<'_>) -> Self {
+        let (mut old, mut new) = (old.iter().peekable(), new.iter().peekable());
+        loop {
+            let order = match (old.peek(), new.peek()) {
+                (None, None) => return self,
+                (Some(_), None) => Ordering::Less,
+                (None, Some(_)) => Ordering::Greater,
+                (Some(a), Some(b)) => a.edge.cmp(&b.edge),
+            };
+            let gone = if order.is_le() { old.next() } else { None };
+            let come = if order.is_ge() { new.next() } else { None };
+            if order.is_ne() {
+                self.tree_removed.extend(gone.map(Entry::with_scale));
+                self.tree_added.extend(come.map(Entry::with_scale));
+            }
+        }
     }
 }
 
-/// All edges and dots of a skeleton, in order of their edges.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Parts {
-    tree: Vec<TreeEdgeId>,
-    dots: Vec<Critical>,
+/// The tree of a skeleton that is held, in order.
+pub enum Tree<'a> {
+    /// There was none.
+    Empty,
+    /// Of a whole skeleton.
+    Whole(&'a Skeleton),
+    /// Gathered from tiles.
+    Gathered(Vec<TreeEdgeId>),
 }
 
-impl Parts {
-    /// Of a skeleton at hand.
-    pub fn of_skeleton(skeleton: &Skeleton) -> Self {
-        let tree = tree_of(skeleton).collect();
-        let mut dots: Vec<Critical> = dots_of(skeleton).collect();
-        dots.sort_unstable_by_key(|dot| dot.edge);
-        Self { tree, dots }
-    }
+/// An edge of such a tree. Its scale is computed where it is asked for: most edges do not change.
+struct Entry<'a> {
+    edge: EdgeId,
+    scale: Scale<'a>,
+}
 
+enum Scale<'a> {
+    Known(f64),
+    Of(&'a Skeleton, Edge),
+}
+
+impl Entry<'_> {
+    fn with_scale(self) -> TreeEdgeId {
+        let scale = match self.scale {
+            Scale::Known(scale) => scale,
+            Scale::Of(skeleton, edge) => skeleton.half_length(edge),
+        };
+        TreeEdgeId { edge: self.edge, scale }
+    }
+}
+
+impl<'a> Tree<'a> {
     /// Of the skeleton that tiles hold.
     pub fn of_tiles(cloud: &Cloud, tiles: &Tiles) -> Self {
         let mut tree: Vec<TreeEdgeId> = tiles.tree().map(|edge| tree_edge(cloud, edge)).collect();
         tree.sort_unstable_by_key(|edge| edge.edge);
-        let mut dots: Vec<Critical> = tiles.dots().map(|dot| critical(cloud, dot)).collect();
-        dots.sort_unstable_by_key(|dot| dot.edge);
-        Self { tree, dots }
+        Self::Gathered(tree)
+    }
+
+    fn iter(&'a self) -> Box<dyn Iterator<Item = Entry<'a>> + 'a> {
+        match self {
+            Self::Empty => Box::new(std::iter::empty()),
+            Self::Whole(skeleton) => {
+                let id = |vertex: u32| skeleton.vertices()[vertex as usize].id;
+                let entry = move |&edge: &Edge| Entry { edge: edge.map(id), scale: Scale::Of(skeleton, edge) };
+                Box::new(skeleton.tree().iter().map(entry))
+            }
+            Self::Gathered(tree) => {
+                Box::new(tree.iter().map(|edge| Entry { edge: edge.edge, scale: Scale::Known(edge.scale) }))
+            }
+        }
     }
 }
 

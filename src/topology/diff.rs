@@ -224,12 +224,7 @@ impl Diff {
 }
 
 /// Walks two sorted lists in step: elements of one alone, or of both by equal keys.
-pub(super) fn merge<T, K: Ord>(
-    old: &[T],
-    new: &[T],
-    key: impl Fn(&T) -> K,
-    mut visit: impl FnMut((Option<&T>, Option<&T>)),
-) {
+fn merge<T, K: Ord>(old: &[T], new: &[T], key: impl Fn(&T) -> K, mut visit: impl FnMut((Option<&T>, Option<&T>))) {
     let (mut old, mut new) = (old.iter().peekable(), new.iter().peekable());
     loop {
         let order = match (old.peek(), new.peek()) {

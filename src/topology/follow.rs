@@ -219,14 +219,14 @@ impl Follower {
     }
 
     fn follow_dots(&mut self, change: &Change, held: &impl Held, rule: &Rule, diff: &mut Diff) {
-        if !rule.same_dots(&self.rule) {
+        let Some(changed) = change.dots.as_ref().filter(|_| rule.same_dots(&self.rule)) else {
             let shown = held.dots_down_to(rule.least).into_iter().filter(|dot| rule.shows(dot)).collect();
             return self.show_dots(shown, diff);
-        }
+        };
         let added: BTreeMap<EdgeId, Critical> =
-            change.dots_added.iter().filter(|dot| rule.shows(dot)).map(|dot| (dot.edge, *dot)).collect();
+            changed.added.iter().filter(|dot| rule.shows(dot)).map(|dot| (dot.edge, *dot)).collect();
         let mut removed: Vec<EdgeId> =
-            change.dots_removed.iter().filter(|dot| rule.shows(dot)).map(|dot| dot.edge).collect();
+            changed.removed.iter().filter(|dot| rule.shows(dot)).map(|dot| dot.edge).collect();
         removed.sort_unstable();
         for edge in removed.into_iter().filter(|edge| !added.contains_key(edge)) {
             self.hide_dot(edge, diff);

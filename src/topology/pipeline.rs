@@ -10,7 +10,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::basins::Basins;
-use super::change::{self, Change, Parts};
+use super::change::{self, Change, Tree};
 use super::cloud::{Cloud, CloudChange, Refusal, VertexId};
 use super::delaunay::{Delaunay, Update};
 use super::diagram::Diagram;
@@ -299,15 +299,16 @@ impl Pipeline {
             return;
         }
         let change = self.cloud.take_change();
-        let update = self.choose(&change);
+        let is_for_tiles = self.is_for_tiles(&change);
         self.dirt.clear();
-        let mut guide = Guide::new(self.tiles.as_ref(), &mut self.dirt);
-        let update = self.delaunay.apply_by(update, &self.cloud, &change, &mut guide);
+        let mut guide = Guide::new(self.tiles.as_ref().filter(|_| is_for_tiles), &mut self.dirt);
+        let by = if is_for_tiles { Update::Stepwise } else { Delaunay::faster(&self.cloud, &change) };
+        let update = self.delaunay.apply_by(by, &self.cloud, &change, &mut guide);
         let told = self.is_followed.then(|| Change::of_cloud(self.reached, &self.cloud, &change));
         self.reached = self.committed;
         self.computed += 1;
-        self.change = match (update, &mut self.tiles) {
-            (Update::Stepwise, Some(tiles)) => {
+        self.change = match &mut self.tiles {
+            Some(tiles) if is_for_tiles && update == Update::Stepwise => {
                 self.whole = None;
                 let difference = tiles.follow(&self.cloud, &self.delaunay, &change, &self.dirt);
                 if let Some(diagram) = &mut self.diagram {
@@ -315,23 +316,24 @@ impl Pipeline {
                 }
                 told.map(|told| told.with_difference(&self.cloud, &difference))
             }
-            (update, _) => {
-                let old = told.map(|told| (told, self.parts()));
+            _ => {
+                // What is held now goes before the new is made, but for what has to be compared.
+                let (tiles, whole) = (self.tiles.take(), self.whole.take());
+                let gathered = told.as_ref().and(tiles).map(|tiles| Tree::of_tiles(&self.cloud, &tiles));
                 self.diagram = None;
-                if update == Update::Bulk {
-                    self.tiles = None;
-                    self.compute_whole();
-                } else {
-                    self.whole = None;
+                if is_for_tiles && update == Update::Stepwise {
                     self.tiles = Some(Tiles::new(&self.cloud, &self.delaunay, self.leaf));
+                } else {
+                    self.compute_whole();
                 }
-                old.map(|(told, old)| told.with_parts(&old, &self.parts()))
+                let old = gathered.or_else(|| whole.as_deref().map(|frame| Tree::Whole(&frame.skeleton)));
+                told.map(|told| told.with_trees(&old.unwrap_or(Tree::Empty), &self.tree()))
             }
         };
     }
 
-    /// Whether a change is worth being followed step by step.
-    fn choose(&mut self, change: &CloudChange) -> Update {
+    /// Whether a change is worth being followed in tiles, rather than computed in one pass.
+    fn is_for_tiles(&mut self, change: &CloudChange) -> bool {
         let vertices = self.cloud.vertex_count() as f64;
         let share = (change.appeared.len() + change.vanished.len()) as f64 / vertices;
         let is_worth_it = match &self.tiles {
@@ -342,7 +344,16 @@ impl Pipeline {
         if self.tiles.is_some() && !is_worth_it {
             self.worth_tiles = share / 2.0;
         }
-        if is_worth_it { Update::Stepwise } else { Update::Bulk }
+        is_worth_it
+    }
+
+    /// The tree that is held.
+    fn tree(&self) -> Tree<'_> {
+        match (&self.tiles, &self.whole) {
+            (Some(tiles), _) => Tree::of_tiles(&self.cloud, tiles),
+            (None, Some(frame)) => Tree::Whole(&frame.skeleton),
+            (None, None) => Tree::Empty,
+        }
     }
 
     /// One pass over everything.
@@ -369,15 +380,6 @@ impl Pipeline {
             self.whole = Some(Arc::new(self.frame_of(Skeleton::of_tiles(&self.cloud, tiles))));
         }
         Arc::clone(self.whole.as_ref().expect("a frame that was reached is held"))
-    }
-
-    /// Edges and dots that are held.
-    fn parts(&self) -> Parts {
-        match (&self.tiles, &self.whole) {
-            (Some(tiles), _) => Parts::of_tiles(&self.cloud, tiles),
-            (None, Some(frame)) => Parts::of_skeleton(&frame.skeleton),
-            (None, None) => Parts::default(),
-        }
     }
 
     /// Levels of tiles below the whole cloud. For tests.
