@@ -1,5 +1,5 @@
 //! Times live frames: some points of a cloud replaced, and what changed in HoPeS_{1,1}; beside bare `spade` doing the same updates in the same
-//! order with the same hint generator, in the same run.
+//! order with the same hint generator, in the same run. (The library begins the search for a new vertex in its leaf of the tiles, where that is nearer.)
 //!
 //! In: a scene and sizes. Out: one line of JSON on stdout: medians over the frames, in milliseconds, of `spade`'s insertions and removals and of the
 //! whole frame (points into the window, triangulation, reduction, view, diff), their ratio, tiles reduced, changes told, peak memory. With
