@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use std::num::NonZeroU64;
 use std::time::Instant;
 
-use hopes::topology::stages::{LEAF, along_curve};
+use hopes::topology::stages::along_curve;
 use hopes::topology::{Follower, Options, Pipeline, Position, ViewSpec, Window};
 use serde_json::json;
 use spade::handles::FixedVertexHandle;
@@ -30,7 +30,10 @@ fn main() -> Result<(), Error> {
         "camera" => Window::Frames(NonZeroU64::MIN),
         _ => Window::Points(NonZeroU64::new(run.points as u64).ok_or("--points must not be 0")?),
     };
-    let mut pipeline = Pipeline::new(Options { window, resolution: None }).with_leaf(run.leaf);
+    let mut pipeline = Pipeline::new(Options { window, resolution: None });
+    if let Some(leaf) = run.leaf {
+        pipeline = pipeline.with_leaf(leaf);
+    }
     let mut follower = Follower::new(ViewSpec::default());
     let first = scene.points(run.points);
     let mut bare = (!run.alone).then(|| Bare::new(&first));
@@ -76,7 +79,7 @@ struct Run {
     replace: usize,
     frames: usize,
     threads: usize,
-    leaf: usize,
+    leaf: Option<usize>,
     check: bool,
     alone: bool,
 }
@@ -91,7 +94,7 @@ impl Run {
             replace: 1_000,
             frames: 100,
             threads: 1,
-            leaf: LEAF,
+            leaf: None,
             check: false,
             alone: false,
         };
@@ -103,7 +106,7 @@ impl Run {
                 "--replace" => replace = Some(number()?),
                 "--frames" => run.frames = number()?,
                 "--threads" => run.threads = number()?,
-                "--leaf" => run.leaf = number()?,
+                "--leaf" => run.leaf = Some(number()?),
                 "--check" => (run.check, run.alone) = (true, true),
                 "--alone" => run.alone = true,
                 _ => return Err(usage.into()),

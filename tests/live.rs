@@ -43,10 +43,14 @@ fn frames(count: usize, size: usize, mut at: impl FnMut(usize) -> Point) -> impl
 #[track_caller]
 fn run(window: u64, leaf: usize, frames: impl Iterator<Item = Vec<Point>>) -> Live {
     let mut live = Live::new(window, leaf);
+    let (mut in_tiles, mut all) = (0, 0);
     for frame in frames {
         live.step(&frame);
         live.check();
+        in_tiles += usize::from(live.pipeline.tiles_reduced() > 0);
+        all += 1;
     }
+    assert!(3 * in_tiles > all, "only {in_tiles} of {all} frames were followed in tiles");
     live
 }
 

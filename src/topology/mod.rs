@@ -73,5 +73,4 @@ pub mod stages {
     pub use super::filtration::{Filtration, Maximum, Suspect};
     pub use super::mesh::{FaceEdges, Mesh, MeshEdge, OUTER_FACE};
     pub use super::reduction::{Elders, Link, Pair, Reduction, TotalOrder, reduce};
-    pub use super::tiles::LEAF;
 }

@@ -118,6 +118,8 @@ pub struct Pipeline {
     mesh: Mesh,
     basins: Basins,
     leaf: usize,
+    /// Whether changes are followed in tiles whatever the effort.
+    is_for_tiles_only: bool,
     computed: u64,
 }
 
@@ -142,6 +144,7 @@ impl Pipeline {
             mesh: Mesh::default(),
             basins: Basins::default(),
             leaf: LEAF,
+            is_for_tiles_only: false,
             computed: 0,
         }
     }
@@ -337,6 +340,7 @@ impl Pipeline {
         let vertices = self.cloud.vertex_count() as f64;
         let share = (change.appeared.len() + change.vanished.len()) as f64 / vertices;
         let is_worth_it = match &self.tiles {
+            _ if self.is_for_tiles_only => return Delaunay::faster(&self.cloud, change) == Update::Stepwise,
             Some(tiles) => tiles.effort(&self.cloud, change) <= vertices,
             // Tiles have to be made first. Where they were given up, only much smaller changes are worth another try.
             None => share <= self.worth_tiles,
@@ -388,10 +392,10 @@ impl Pipeline {
         self.tiles.as_ref().map_or(0, Tiles::depth)
     }
 
-    /// With tiles of another size: small ones make deep trees of small clouds. For tests.
+    /// With tiles of another size, which are followed whatever the effort: small ones make deep trees of small clouds. For tests.
     #[doc(hidden)]
     pub fn with_leaf(mut self, leaf: usize) -> Self {
-        self.leaf = leaf;
+        (self.leaf, self.is_for_tiles_only) = (leaf, true);
         self
     }
 
