@@ -1,11 +1,11 @@
-//! The reduction of one tile: of a leaf from its stars, of any other tile from what its two halves have left.
+//! The reduction of one tile: of a leaf from its stars, of any other tile from what its parts have left.
 //!
-//! In: [`Stars`], or two [`Border`]s. Out: what is resolved inside the tile for good, and its own [`Border`]. The links of the dual graph are cut
+//! In: [`Stars`], or [`Border`]s. Out: what is resolved inside the tile for good, and its own [`Border`]. The links of the dual graph are cut
 //! into parts: an edge belongs to the leaf of its smaller end. A triangle's three edges then lie in the leaves of its smallest and of its
 //! middle corner; where these differ, both leaves have it as an open node, under one [`FaceKey`], and it closes where the two meet. The outer
 //! face is open everywhere but at the root. A triangle that flows is one node with the triangle it flows to; where it flows out of sight, it stays a
-//! node whose maximum is not known. Invariants: what a tile gives depends on its stars alone, not on how halves were
-//! cut or in which order they came; all lists are in the total order, largest scale first. Must not know: the tree of tiles.
+//! node whose maximum is not known. Invariants: what is resolved in all depends on the stars alone, not on how
+//! tiles are cut; what a tile gives depends on nothing that was done before; edges and dots are in the total order, largest scale first. Must not know: the tree of tiles.
 
 use std::cmp::Ordering;
 
@@ -43,7 +43,7 @@ pub struct TileDot {
     pub triangle: [Slot; 3],
 }
 
-/// What is known for good inside a tile, and was not inside its halves.
+/// What is known for good inside a tile, and was not inside its parts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Resolved {
     /// Edges of the minimum spanning tree, in order.
