@@ -102,15 +102,10 @@ impl Plane<'_> {
         [edge, self.next(edge), self.previous(edge)]
     }
 
-    /// The triangle that names the local maximum on the left of a half-edge.
+    /// The triangle that names the local maximum on the left of a half-edge, with all the sites that lie on its circle.
     pub fn name(self, edge: HalfEdge) -> [Located<Slot>; 3] {
-        let around = self.around(edge);
-        let corners = self.corners(edge);
-        if !around.iter().any(|&edge| self.share_circle(edge)) {
-            return by_position(corners);
-        }
-        let mut sites = corners.to_vec();
-        let mut open = around.to_vec();
+        let mut sites = self.corners(edge).to_vec();
+        let mut open = self.around(edge).to_vec();
         while let Some(edge) = open.pop() {
             let twin = self.twin(edge);
             if !self.is_outer(twin) && self.share_circle(edge) && self.flows(twin) {

@@ -6,7 +6,7 @@
 //! Invariants: steps give what [`Snapshot::diff`](super::diff::Snapshot::diff) gives for the views of the whole skeletons; a follower that has missed a
 //! frame gets all of the view as new. Must not know: how skeletons are found, formats.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use super::change::{Change, TreeEdgeId};
 use super::cloud::Vertex;
@@ -202,7 +202,7 @@ impl Follower {
         diff.tree_added = up_to(&change.tree_added, limit);
         if limit != old {
             // Edges that stay in the tree, but come into view or go out of it.
-            let new: std::collections::HashSet<EdgeId> = change.tree_added.iter().map(|edge| edge.edge).collect();
+            let new: HashSet<EdgeId> = change.tree_added.iter().map(|edge| edge.edge).collect();
             let moved = held.tree_between(Some(old.min(limit)), old.max(limit)).into_iter().map(|edge| edge.edge);
             let moved = moved.filter(|edge| !new.contains(edge));
             if limit > old { diff.tree_added.extend(moved) } else { diff.tree_removed.extend(moved) }

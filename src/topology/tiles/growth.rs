@@ -6,11 +6,9 @@
 //! anew from its vertices, which pays for itself since it takes as many changes to get there. Invariants: every vertex
 //! has one leaf; tile 0 is the root; parents know their halves and halves their parent. Must not know: reductions, the triangulation.
 
-use super::star::{Reader, Stars};
+use super::star::Stars;
 use super::{Body, NONE, ROOT, Tile, TileId, Tiles};
 use crate::topology::cloud::Slot;
-use crate::topology::cocircular::Located;
-use crate::topology::delaunay::Delaunay;
 use crate::topology::position::Position;
 
 /// Where a tile is halved.
@@ -327,22 +325,5 @@ impl Tiles {
             assert!(!tile.is_stale);
         }
         assert_eq!(leaves, self.tiles[ROOT as usize].count);
-    }
-
-    /// Panics when a star is not what the triangulation shows. For tests.
-    pub fn check_stars(&self, delaunay: &Delaunay) {
-        let mut reader = Reader::default();
-        for tile in &self.tiles {
-            let Body::Leaf { stars, .. } = &tile.body else { continue };
-            let mut fresh = Stars::default();
-            let vertices: Vec<Located<Slot>> = stars.vertices().collect();
-            reader.look_around(delaunay, &vertices);
-            for (place, &vertex) in vertices.iter().enumerate() {
-                reader.read(delaunay, place, vertex, &mut fresh);
-            }
-            for (held, seen) in stars.iter().zip(fresh.iter()) {
-                assert_eq!(held, seen);
-            }
-        }
     }
 }

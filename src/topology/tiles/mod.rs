@@ -50,6 +50,9 @@ const STRIDE: u32 = 2;
 /// Fewer tiles than this are not worth being handed to other threads.
 const FEW: usize = 64;
 
+/// So many tiles are handed over together, at least.
+const PIECE: usize = 16;
+
 /// The tree of tiles over a cloud.
 #[derive(Clone, Debug)]
 pub struct Tiles {
@@ -444,6 +447,23 @@ impl Tiles {
         let tile = &mut self.tiles[id as usize];
         (tile.last_death, tile.longest) = (last_death, longest);
     }
+
+    /// Panics when a star is not what the triangulation shows. For tests.
+    pub fn check_stars(&self, delaunay: &Delaunay) {
+        let mut reader = Reader::default();
+        for tile in &self.tiles {
+            let Body::Leaf { stars, .. } = &tile.body else { continue };
+            let mut fresh = Stars::default();
+            let vertices: Vec<Located<Slot>> = stars.vertices().collect();
+            reader.look_around(delaunay, &vertices);
+            for (place, &vertex) in vertices.iter().enumerate() {
+                reader.read(delaunay, place, vertex, &mut fresh);
+            }
+            for (held, seen) in stars.iter().zip(fresh.iter()) {
+                assert_eq!(held, seen);
+            }
+        }
+    }
 }
 
 /// Does a step of work on each of some items, in any order and on any thread.
@@ -452,7 +472,7 @@ fn in_parallel<T: Send>(workers: &mut Vec<Worker>, items: &mut [T], step: impl F
     if items.len() < FEW || threads == 1 {
         return items.iter_mut().for_each(|item| step(&mut workers[0], item));
     }
-    let pieces = (4 * threads).min(items.len() / 16);
+    let pieces = (4 * threads).min(items.len() / PIECE);
     workers.resize_with(workers.len().max(pieces), Worker::default);
     let pieces = items.par_chunks_mut(items.len().div_ceil(pieces)).zip(workers.par_iter_mut());
     pieces.for_each(|(items, worker)| items.iter_mut().for_each(|item| step(worker, item)));
