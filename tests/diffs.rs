@@ -118,3 +118,17 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    #![proptest_config(cases(200))]
+
+    /// Merging the diffs of a run gives the diff between its ends.
+    #[test]
+    fn diffs_merge_into_the_one_between_the_ends(script in scripts(), look in looks(), cut in 0..8_usize) {
+        let snapshots = snapshots(&script, look);
+        let first = cut.min(snapshots.len() - 1);
+        let diffs: Vec<Diff> = snapshots[first..].windows(2).map(|pair| pair[0].diff(&pair[1])).collect();
+        let last = &snapshots[snapshots.len() - 1];
+        prop_assert_eq!(Diff::merged(&diffs), snapshots[first].diff(last));
+    }
+}

@@ -303,7 +303,7 @@ fn event_times_that_are_no_numbers_are_refused_as_such() {
         for known in [None, Some(7.0)] {
             let mut pipeline = Pipeline::new(Options { window, resolution: None });
             if let Some(time) = known {
-                assert_eq!(pipeline.feed_point(1.0, 2.0, Some(time)), Ok(()));
+                assert_eq!(pipeline.feed_point(1.0, 2.0, Some(time)).map(drop), Ok(()));
             }
             let before = pipeline.point_count();
             for time in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -321,9 +321,9 @@ fn event_times_that_are_no_numbers_are_refused_as_such() {
 fn a_time_window_needs_a_time_and_no_late_points() {
     let mut pipeline = Pipeline::new(Options { window: Window::Time(2.0), resolution: None });
     assert_eq!(pipeline.feed_point(0.0, 0.0, None), Err(Refusal::NoTime));
-    assert_eq!(pipeline.feed_point(0.0, 0.0, Some(10.0)), Ok(()));
-    assert_eq!(pipeline.feed_point(1.0, 0.0, None), Ok(()), "as of the newest time");
-    assert_eq!(pipeline.feed_point(2.0, 0.0, Some(8.0)), Ok(()), "just in time");
+    assert_eq!(pipeline.feed_point(0.0, 0.0, Some(10.0)).map(drop), Ok(()));
+    assert_eq!(pipeline.feed_point(1.0, 0.0, None).map(drop), Ok(()), "as of the newest time");
+    assert_eq!(pipeline.feed_point(2.0, 0.0, Some(8.0)).map(drop), Ok(()), "just in time");
     assert_eq!(pipeline.feed_point(3.0, 0.0, Some(7.5)), Err(Refusal::TooLate { time: 7.5, oldest: 8.0 }));
     assert_eq!(counts(&frame(&mut pipeline)), (3, 2, 0));
     assert_eq!(pipeline.feed_time(10.5), Ok(()));

@@ -7,6 +7,10 @@ use std::num::{NonZeroU32, NonZeroU64};
 
 use clap::Args;
 use hopes::topology::{ViewSpec, Window};
+use hopes_protocol as wire;
+
+use super::Failure;
+use crate::daemon::{self, Address};
 
 /// Which part of the skeleton is shown.
 #[derive(Clone, Copy, Debug, Args)]
@@ -34,6 +38,75 @@ impl ViewArgs {
             None => ViewSpec::Derived { k: self.k, l: self.l },
         }
     }
+}
+
+/// What a consumer asks a daemon for.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct WireViewArgs {
+    #[command(flatten)]
+    view: ViewArgs,
+    /// Also collapse the view's edges of half-length below RADIUS, the shortest first, keeping all cycles [default: vs, or alpha].
+    #[arg(long, value_name = "RADIUS", value_parser = scale, num_args = 0..=1, require_equals = true)]
+    simplify: Option<Option<f64>>,
+}
+
+impl WireViewArgs {
+    /// The view they ask for.
+    pub fn view(self) -> Result<wire::View, Failure> {
+        let simplify = match (self.simplify, self.view.spec()) {
+            (None, _) => wire::Simplify::No,
+            (Some(Some(threshold)), _) => wire::Simplify::Below(threshold),
+            (Some(None), ViewSpec::Full) => {
+                return Err(Failure::Usage("--simplify with --full needs a radius: --simplify=RADIUS"));
+            }
+            (Some(None), _) => wire::Simplify::AtScale,
+        };
+        Ok(wire::View { cut: daemon::cut(self.view.spec()), simplify })
+    }
+}
+
+/// The daemon that a consumer listens to.
+#[derive(Clone, Debug, Args)]
+pub struct From {
+    /// Where the daemon listens: unix:PATH or tcp:HOST:PORT.
+    #[arg(long, value_name = "ADDRESS")]
+    pub from: Address,
+}
+
+/// The daemon that a producer sends to.
+#[derive(Clone, Debug, Args)]
+pub struct To {
+    /// Where the daemon listens: unix:PATH or tcp:HOST:PORT.
+    #[arg(long, value_name = "ADDRESS")]
+    pub to: Address,
+}
+
+/// Dots of the persistence diagram: a number, or `all`.
+pub fn dots(word: &str) -> Result<wire::DotsWanted, String> {
+    match word.parse::<NonZeroU32>() {
+        _ if word == "all" => Ok(wire::DotsWanted::All),
+        Ok(number) => Ok(wire::DotsWanted::Top(number.get())),
+        Err(_) => Err(format!("{word:?} is not a number of dots, from 1, nor all")),
+    }
+}
+
+/// The name of a stream.
+pub fn name(word: &str) -> Result<String, String> {
+    if wire::is_name(word) { Ok(word.to_owned()) } else { Err(name_rule("a name", ", and no *")) }
+}
+
+/// A name, or a pattern with `*`.
+pub fn pattern(word: &str) -> Result<String, String> {
+    if wire::is_pattern(word) { Ok(word.to_owned()) } else { Err(name_rule("a name or pattern", "")) }
+}
+
+fn name_rule(what: &str, stars: &str) -> String {
+    format!("{what} has 1 to {} bytes, no control character{stars}", wire::LONGEST_NAME)
+}
+
+/// A rate or a speed: a positive number.
+pub fn rate(word: &str) -> Result<f64, String> {
+    positive(word, "rate")
 }
 
 /// A scale: a number, not negative.
@@ -104,6 +177,14 @@ mod tests {
             let error = window(word).unwrap_err();
             assert!(error.contains(says), "{word}: {error}");
         }
+    }
+
+    #[test]
+    fn dots_and_names_say_what_they_may_be() {
+        assert_eq!((dots("all"), dots("3")), (Ok(wire::DotsWanted::All), Ok(wire::DotsWanted::Top(3))));
+        assert!(dots("0").is_err() && dots("some").is_err());
+        assert!(name("a b").is_ok() && name("a*").is_err() && name("").is_err() && name("a\nb").is_err());
+        assert!(pattern("a*").is_ok() && pattern(&"a".repeat(201)).is_err());
     }
 
     #[test]

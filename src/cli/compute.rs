@@ -136,11 +136,7 @@ impl Compute {
     }
 
     fn simplified(&self, frame: &Frame, view: &View) -> Option<(f64, Simplified)> {
-        let threshold = match (self.simplify?, view.spec, &view.selection) {
-            (Some(threshold), ..) => threshold,
-            (None, ViewSpec::Reduced { alpha }, _) => alpha,
-            (None, _, selection) => selection.as_ref().map_or(f64::INFINITY, |selection| selection.vs),
-        };
+        let threshold = self.simplify?.unwrap_or_else(|| view.scale());
         Some((threshold, simplify(&frame.skeleton, view, threshold)))
     }
 

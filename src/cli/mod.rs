@@ -5,16 +5,28 @@
 
 mod args;
 mod compute;
+mod feed;
+mod follow;
 mod formats;
 mod input;
+mod network;
 mod picture;
+mod points;
+mod recheck;
+mod record;
+mod recording;
+mod replay;
 mod serve;
+mod show;
 mod source;
+mod status;
+mod streams;
+mod watch;
 
 use clap::{Parser, Subcommand};
 
 use crate::daemon::StrictStop;
-pub use input::{Columns, Format, Limits, ReadError, Reader, Record};
+pub use input::{Columns, Format, Limits, Reader, Record};
 
 /// Live homologically persistent skeletons of 2D points.
 ///
@@ -37,6 +49,11 @@ pub struct Cli {
 enum Command {
     Compute(compute::Compute),
     Serve(serve::Serve),
+    Feed(feed::Feed),
+    Watch(watch::Watch),
+    Status(status::Status),
+    Record(record::Record),
+    Replay(replay::Replay),
 }
 
 /// Why a subcommand did not succeed.
@@ -66,6 +83,11 @@ impl Cli {
         match self.command {
             Command::Compute(compute) => compute.run(),
             Command::Serve(serve) => serve.run(),
+            Command::Feed(feed) => feed.run(),
+            Command::Watch(watch) => watch.run(),
+            Command::Status(status) => status.run(),
+            Command::Record(record) => record.run(),
+            Command::Replay(replay) => replay.run(),
         }
     }
 }

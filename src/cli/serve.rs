@@ -1,31 +1,39 @@
-//! `hopes serve`: points on stdin, one JSON line a frame on stdout.
+//! `hopes serve`: points on stdin and from producers, frames on stdout and to consumers.
 //!
-//! In: options; text or JSON lines. Out: a running daemon; its [`Input`]s, read line by line. Invariants: points that have arrived are
+//! In: options; text, JSON lines or frames of the protocol on stdin. Out: a running daemon; its [`Input`]s, read line by line. Invariants: points that have arrived are
 //! handed on at once when no further line is waiting. Must not know: what the engine does with them.
 
-use std::io::{self, Read};
+use std::io;
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use hopes::topology::Options;
 
-use super::args::{ViewArgs, duration, resolution, window};
-use super::{Columns, Failure, Format, Limits, ReadError, Reader, Record};
-use crate::daemon::{self, BATCH, DaemonError, Feed, Input, Point, Settings};
+use hopes_protocol::{Simplify, View};
+use indicatif::ProgressBar;
 
-/// Follow a stream of points: stdin to stdout, one JSON line a frame with what changed.
+use super::args::{ViewArgs, duration, resolution, window};
+use super::network::Network;
+use super::points::{Form, Source as Points};
+use super::{Columns, Failure, Format};
+use crate::daemon::{self, BATCH, DaemonError, Feed, Input, OutputForm, Settings, Sink, Source, StreamSettings};
+
+/// Follow streams of points: from stdin to stdout, one JSON line a frame with what changed, or between sockets.
 ///
-/// A blank line, {"commit":true,"time":t}, --frame-points, --frame-every or the end of the input closes a frame.
+/// A blank line, {"commit":true,"time":t}, --frame-points, --frame-every or the end of the input closes a frame. With --listen, any number of producers
+/// feed any number of streams, which any number of consumers follow, until a signal comes.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   sensor | hopes serve --window points:10000 --frame-points 1000
   camera-edges | hopes serve --input jsonl --window frames:1 | jq -c '[.frame, .view.cycles]'
-  tail -f log.csv | hopes serve --columns lon,lat --window time:60 --frame-every 100ms")]
+  tail -f log.csv | hopes serve --columns lon,lat --window time:60 --frame-every 100ms
+  hopes serve --listen unix:/tmp/hopes.sock --stream cam:window=frames:1 &
+  camera-edges | hopes feed - --to unix:/tmp/hopes.sock --stream cam & hopes watch --from unix:/tmp/hopes.sock --stream cam")]
 pub struct Serve {
-    /// How points are written on stdin.
-    #[arg(long, value_enum, default_value_t)]
-    input: InputFormat,
+    /// How points are written on stdin [default: text]. With --listen, stdin is read only if this is given.
+    #[arg(long, value_enum)]
+    input: Option<InputFormat>,
     /// Columns of text input, by number from 1 or by name in the header; a third one is the event time.
     #[arg(long, value_name = "X,Y[,T]", default_value = "1,2")]
     columns: Columns,
@@ -43,9 +51,9 @@ pub struct Serve {
     /// Close a frame every so often, such as 100ms.
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     frame_every: Option<Duration>,
-    /// How frames are written on stdout.
-    #[arg(long, value_enum, default_value_t)]
-    output: OutputFormat,
+    /// How frames are written on stdout [default: jsonl]. With --listen, stdout is written only if this is given.
+    #[arg(long, value_enum)]
+    output: Option<OutputFormat>,
     /// Stop at the first line or point that cannot be used (exit code 3).
     #[arg(long)]
     strict: bool,
@@ -55,6 +63,8 @@ pub struct Serve {
     /// Recompute every frame from scratch and compare; stop at a difference (exit code 1). Slow: for those who want to be sure.
     #[arg(long)]
     check: bool,
+    #[command(flatten)]
+    network: Network,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -64,6 +74,8 @@ enum InputFormat {
     Text,
     /// JSON lines.
     Jsonl,
+    /// Batches and commits of the protocol.
+    Bin,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -71,79 +83,56 @@ enum OutputFormat {
     /// JSON lines.
     #[default]
     Jsonl,
+    /// A recording in the protocol's bytes.
+    Bin,
 }
 
 impl Serve {
     pub fn run(self) -> Result<(), Failure> {
-        let settings = Settings {
-            options: Options { window: self.window, resolution: self.resolution },
-            view: self.view.spec(),
-            frame_points: self.frame_points,
-            frame_every: self.frame_every,
-            strict: self.strict,
-            check: self.check,
-            threads: self.threads,
+        let alone = self.network.listen.is_empty();
+        let input = self.input.or(alone.then(InputFormat::default));
+        let output = self.output.or(alone.then(OutputFormat::default));
+        let form = |output| match output {
+            OutputFormat::Jsonl => OutputForm::Lines,
+            OutputFormat::Bin => OutputForm::Binary,
         };
-        let format = match self.input {
-            InputFormat::Text => Format::Text,
-            InputFormat::Jsonl => Format::JsonLines,
-        };
-        let OutputFormat::Jsonl = self.output;
-        let reader = Reader::new(io::stdin(), format, self.columns, Limits::default());
-        match daemon::run(settings, move |feed| read(reader, &feed), io::stdout()) {
+        let sink = output.map(|output| -> Sink { (form(output), Box::new(io::stdout())) });
+        let columns = self.columns.clone();
+        let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
+        match daemon::run(self.settings(), source, sink) {
             Err(DaemonError::Refused(stop)) => Err(stop.into()),
             other => Ok(other?),
         }
     }
-}
 
-/// Reads until the end or until nobody listens.
-fn read(mut reader: Reader<impl Read>, feed: &Feed) {
-    let mut batch = Vec::new();
-    loop {
-        let line = reader.line() + 1;
-        let record = match reader.next_record() {
-            Ok(Some(record)) => record,
-            Ok(None) => break,
-            Err(error) => return fail(feed, batch, &error),
-        };
-        let listening = match record {
-            Record::Points { points, time } => {
-                points.chunks(BATCH).all(|points| add(feed, &mut batch, points, time, line))
-            }
-            Record::Retract { points } => {
-                let retract = |points: &[[f64; 2]]| Input::Retract(at_line(points, None, line).collect());
-                flush(feed, &mut batch) && points.chunks(BATCH).all(|points| feed.send(retract(points)))
-            }
-            Record::Commit { time } => flush(feed, &mut batch) && feed.send(Input::Commit(time)),
-            Record::Blank => flush(feed, &mut batch) && feed.send(Input::Commit(None)),
-            Record::Nothing => true,
-            Record::Bad(bad) => flush(feed, &mut batch) && feed.send(Input::Unreadable(bad.to_string())),
-        };
-        if !listening || !reader.is_ready() && !flush(feed, &mut batch) {
-            return;
+    fn settings(self) -> Settings {
+        Settings {
+            default_stream: StreamSettings {
+                options: Options { window: self.window, resolution: self.resolution },
+                frame_points: self.frame_points,
+                frame_every: self.frame_every,
+            },
+            view: View { cut: daemon::cut(self.view.spec()), simplify: Simplify::No },
+            strict: self.strict,
+            check: self.check,
+            threads: self.threads,
+            overload: self.network.overload.into(),
+            limits: self.network.limits(),
+            listen: self.network.listen,
+            allow_remote: self.network.allow_remote,
+            streams: self.network.stream,
         }
     }
-    flush(feed, &mut batch);
 }
 
-fn fail(feed: &Feed, mut batch: Vec<Point>, error: &ReadError) {
-    if flush(feed, &mut batch) {
-        feed.send(Input::Failed(error.to_string()));
+fn read_stdin(input: InputFormat, columns: Columns, feed: &Feed) {
+    let form = match input {
+        InputFormat::Text => Form::Lines(Format::Text, columns),
+        InputFormat::Jsonl => Form::Lines(Format::JsonLines, columns),
+        InputFormat::Bin => Form::Binary,
+    };
+    let stdin = Points { file: None, form, frame_points: None, closes_last: false, loops: false, batch: BATCH };
+    if let Err(error) = stdin.read(&mut |input| feed.send(input), &ProgressBar::hidden()) {
+        feed.send(Input::Failed(format!("{error:#}")));
     }
-}
-
-/// Adds points to the batch, and sends it when it is large.
-fn add(feed: &Feed, batch: &mut Vec<Point>, points: &[[f64; 2]], time: Option<f64>, line: u64) -> bool {
-    batch.extend(at_line(points, time, line));
-    batch.len() < BATCH || flush(feed, batch)
-}
-
-fn at_line(points: &[[f64; 2]], time: Option<f64>, line: u64) -> impl Iterator<Item = Point> {
-    points.iter().map(move |&position| Point { position, time, line })
-}
-
-/// Sends the batch, if there is one.
-fn flush(feed: &Feed, batch: &mut Vec<Point>) -> bool {
-    batch.is_empty() || feed.send(Input::Points(std::mem::take(batch)))
 }

@@ -17,7 +17,7 @@ const LOGGED: u64 = 100;
 pub struct StrictStop(String);
 
 /// Counts what could not be used.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Complaints {
     strict: bool,
     count: u64,

@@ -1,174 +1,316 @@
-//! The engine thread: one stream's pipeline, driven by events.
+//! The engine thread: one stream's pipeline, driven by what comes in and by what consumers ask.
 //!
-//! In: inputs, ticks and signals, one closed set of [`Event`]s. Out: [`FrameLine`]s to the writer. Invariants: a frame is computed when
-//! it is closed, since its line is due then; every frame starts from the one before; what is refused is counted in the frame that it was
-//! meant for. Must not know: parsing, formats' bytes.
+//! In: items of the [`Inbox`](super::inbox::Inbox), ticks, and [`Control`]s of seats. Out: answers to producers, each view's changes on its board, diffs on the tap. Invariants: nothing is computed while nobody
+//! looks; a frame is computed once, when it is closed, for everybody; every frame of a view starts from the one before; what is refused is counted in the frame that it was
+//! meant for; consumers are never waited for, only the tap is. Must not know: parsing, sockets.
 
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use crossbeam_channel::{Receiver, Sender, select};
-use hopes::topology::{Follower, Pipeline, Refusal};
+use crossbeam_channel::{Receiver, Sender, never, select, tick};
+use hopes::topology::{Contradiction, Follower, Pipeline, VertexId, ViewSpec, Window};
+use hopes_protocol as wire;
 
+use super::answer::{Answer, Problem};
 use super::complaints::Complaints;
-use super::frame_line::FrameLine;
-use super::{DaemonError, Input, Point, Settings};
+use super::inbox::{Batch, Input, Item, Origin};
+use super::seat::Control;
+use super::streams::{Hub, Stream, lock};
+use super::views::{Eye, Views};
+use super::{DaemonError, StreamSettings, convert};
 
-enum Event {
-    Input(Input),
-    InputEnded,
-    Tick,
-    Signal(&'static str),
+/// What holds a vertex takes about so many bytes: triangulation, tiles, views (measured at a million points).
+const BYTES_OF_A_VERTEX: u64 = 900;
+
+/// What holds a point of the window takes about so many bytes.
+const BYTES_OF_A_POINT: u64 = 40;
+
+/// Where a stream's frames go besides its consumers; whoever reads there is waited for.
+#[derive(Debug)]
+pub struct Tap {
+    /// What it shows.
+    pub view: wire::View,
+    /// Takes diffs.
+    pub frames: Sender<wire::Diff>,
+    /// Whether the stream ends when nobody takes them any more.
+    pub is_vital: bool,
+}
+
+/// What feeds a stream besides its producers, and where its frames go besides its consumers.
+#[derive(Debug, Default)]
+pub struct Sources {
+    /// Counts what stdin said that could not be used.
+    pub complaints: Complaints,
+    /// Where all frames go.
+    pub tap: Option<Tap>,
 }
 
 /// A stream at work.
 pub struct Engine {
-    settings: Settings,
+    hub: Arc<Hub>,
+    stream: Arc<Stream>,
+    settings: StreamSettings,
+    is_checking: bool,
     pipeline: Pipeline,
-    lines: Sender<FrameLine>,
     complaints: Complaints,
-    /// Knows what consumers have by now.
-    follower: Follower,
-    frames: u64,
-    /// Complaints that former frames have told of.
-    told: u64,
+    views: Views,
+    tap: Option<(Tap, Eye)>,
+    /// Refused since the last frame.
+    rejected: u64,
     /// Points taken since the last frame.
     points: u64,
     /// Whether anything came since the last frame.
     pending: bool,
     newest_time: Option<f64>,
-}
-
-/// Whether to go on.
-enum Next {
-    GoOn,
-    Stop,
+    /// A producer has ended the stream.
+    is_over: bool,
 }
 
 impl Engine {
-    pub fn new(settings: Settings, lines: Sender<FrameLine>) -> Self {
+    pub fn new(
+        hub: Arc<Hub>,
+        stream: Arc<Stream>,
+        settings: StreamSettings,
+        is_checking: bool,
+        sources: Sources,
+    ) -> Self {
+        let views = Views::new(Arc::clone(&stream), hub.limits.history);
         Self {
             pipeline: Pipeline::new(settings.options),
-            complaints: Complaints::new(settings.strict),
-            follower: Follower::new(settings.view),
+            complaints: sources.complaints,
+            tap: sources.tap.map(|tap| {
+                let eye = Eye::new(tap.view);
+                (tap, eye)
+            }),
+            hub,
+            stream,
             settings,
-            lines,
-            frames: 0,
-            told: 0,
+            is_checking,
+            views,
+            rejected: 0,
             points: 0,
             pending: false,
             newest_time: None,
+            is_over: false,
         }
     }
 
-    /// Works until the input ends, a signal comes, or the writer is gone.
-    pub fn run(
-        mut self,
-        inputs: &Receiver<Input>,
+    /// Works until nothing more can come, a producer ends the stream, or the tap's reader is gone.
+    pub fn run(mut self, bell: &Receiver<()>, requests: &Receiver<Control>) -> Result<(), DaemonError> {
+        let ticks = self.settings.frame_every.map_or_else(never, tick);
+        let worked = self.work(bell, requests, &ticks);
+        self.stream.inbox.close();
+        self.complaints.sum_up();
+        worked?;
+        requests.try_iter().for_each(|control| self.serve(control));
+        let reason = if self.is_over { "a producer has ended the stream" } else { "the stream has ended" };
+        self.views.close(self.pipeline.committed(), reason);
+        for channel in lock(&self.stream.producers).drain(..).filter_map(|channel| channel.upgrade()) {
+            channel.close(self.pipeline.committed());
+        }
+        tracing::debug!("stream {:?} ended at frame {}", self.stream.name, self.pipeline.committed());
+        Ok(())
+    }
+
+    fn work(
+        &mut self,
+        bell: &Receiver<()>,
+        requests: &Receiver<Control>,
         ticks: &Receiver<Instant>,
-        signals: &Receiver<&'static str>,
     ) -> Result<(), DaemonError> {
-        loop {
-            let event = select! {
-                recv(inputs) -> input => input.map_or(Event::InputEnded, Event::Input),
-                recv(ticks) -> _ => Event::Tick,
-                recv(signals) -> signal => Event::Signal(signal.unwrap_or("signal")),
-            };
-            if let Next::Stop = self.handle(event)? {
-                self.complaints.sum_up();
-                tracing::debug!("{} frames, {} rejected", self.frames, self.complaints.count());
-                return Ok(());
+        while !self.is_over {
+            // Whoever asks is not kept waiting by those who feed.
+            while let Ok(control) = requests.try_recv() {
+                self.serve(control);
             }
-        }
-    }
-
-    fn handle(&mut self, event: Event) -> Result<Next, DaemonError> {
-        match event {
-            Event::Input(input) => self.take(input),
-            Event::Tick => self.close_frame(None),
-            Event::InputEnded => {
-                if self.pending || self.frames == 0 {
-                    self.close_frame(None)?;
-                }
-                Ok(Next::Stop)
+            if ticks.try_recv().is_ok() {
+                self.close_frame(None)?;
             }
-            Event::Signal(name) => {
-                if self.pending {
-                    self.close_frame(None)?;
-                }
-                tracing::info!("{name}: stopped after frame {}", self.frames);
-                Ok(Next::Stop)
+            match self.stream.inbox.pop() {
+                Some(item) => self.take(item)?,
+                None if self.stream.inbox.is_finished() => return self.close_last_frame(),
+                None => select! {
+                    recv(bell) -> _ => {}
+                    recv(requests) -> control => if let Ok(control) = control { self.serve(control) },
+                    recv(ticks) -> _ => self.close_frame(None)?,
+                },
             }
-        }
-    }
-
-    fn take(&mut self, input: Input) -> Result<Next, DaemonError> {
-        match input {
-            Input::Commit(time) => {
-                if let Some(Err(refusal)) = time.map(|time| self.pipeline.feed_time(time)) {
-                    self.complaints.add(&refusal)?;
-                }
-                return self.close_frame(time);
-            }
-            Input::Points(points) => {
-                for point in points {
-                    if let Next::Stop = self.insert(point)? {
-                        return Ok(Next::Stop);
-                    }
-                }
-            }
-            Input::Retract(points) => {
-                self.pending = true;
-                for point in points {
-                    let [x, y] = point.position;
-                    let answer = self.pipeline.feed_retraction(x, y);
-                    self.complain(point, answer)?;
-                }
-            }
-            Input::Unreadable(complaint) => {
-                self.pending = true;
-                self.complaints.add(&complaint)?;
-            }
-            Input::Failed(reason) => return Err(DaemonError::Source(reason)),
-        }
-        Ok(Next::GoOn)
-    }
-
-    fn insert(&mut self, point: Point) -> Result<Next, DaemonError> {
-        self.pending = true;
-        let [x, y] = point.position;
-        let answer = self.pipeline.feed_point(x, y, point.time);
-        if answer.is_ok() {
-            self.points += 1;
-            self.newest_time = point.time.into_iter().chain(self.newest_time).reduce(f64::max);
-        }
-        self.complain(point, answer)?;
-        match self.settings.frame_points {
-            Some(limit) if self.points >= limit => self.close_frame(None),
-            _ => Ok(Next::GoOn),
-        }
-    }
-
-    fn complain(&mut self, point: Point, answer: Result<(), Refusal>) -> Result<(), DaemonError> {
-        if let Err(refusal) = answer {
-            let ([x, y], line) = (point.position, point.line);
-            self.complaints.add(&format_args!("line {line}, point ({x}, {y}): {refusal}"))?;
         }
         Ok(())
     }
 
-    /// Closes the frame in hand and sends its line; waits while the writer is behind.
-    fn close_frame(&mut self, time: Option<f64>) -> Result<Next, DaemonError> {
-        self.pipeline.commit(time.or(self.newest_time));
-        let Some(step) = self.pipeline.poll_step(&mut self.follower) else { return Ok(Next::GoOn) };
-        if self.settings.check {
-            self.pipeline.check(&self.follower)?;
+    /// What came after the last commit is a frame too; so is nothing at all, for those who only read the tap.
+    fn close_last_frame(&mut self) -> Result<(), DaemonError> {
+        let is_first = self.pipeline.committed() == 0 && self.tap.is_some();
+        if self.pending || is_first { self.close_frame(None) } else { Ok(()) }
+    }
+
+    fn serve(&mut self, control: Control) {
+        self.views.serve(control, &mut self.pipeline);
+        self.tell();
+    }
+
+    fn take(&mut self, item: Item) -> Result<(), DaemonError> {
+        let Item { input, origin } = item;
+        match input {
+            Input::Points(batch) => self.insert(&batch, &origin)?,
+            Input::Retract(batch) => self.retract(&batch, &origin)?,
+            Input::Commit(time) => {
+                if let Some(Err(refusal)) = time.map(|time| self.pipeline.feed_time(time)) {
+                    self.rejected += 1;
+                    self.complaints.add(&refusal)?;
+                }
+                self.close_frame(time.filter(|time| time.is_finite()))?;
+                if let Origin::Peer { channel, sequence, .. } = &origin {
+                    channel.answer(wire::Committed { sequence: *sequence, frame: self.pipeline.committed() });
+                }
+            }
+            Input::Close { end } => {
+                // What stdin has said last is a frame, as it always was.
+                if matches!(origin, Origin::Stdin) && self.pending {
+                    self.close_frame(None)?;
+                }
+                if let Origin::Peer { channel, .. } = &origin {
+                    lock(&self.stream.producers).retain(|other| !std::ptr::eq(other.as_ptr(), Arc::as_ptr(channel)));
+                    channel.close(self.pipeline.committed());
+                }
+                if end {
+                    self.close_last_frame()?;
+                    self.is_over = true;
+                }
+            }
+            Input::Unreadable(complaint) => {
+                (self.pending, self.rejected) = (true, self.rejected + 1);
+                self.complaints.add(&complaint)?;
+            }
+            Input::Failed(reason) => return Err(DaemonError::Source(reason)),
         }
-        let rejected = self.complaints.count() - self.told;
-        self.frames = step.number;
-        self.told += rejected;
-        self.points = 0;
-        self.pending = false;
-        let line = FrameLine::new(&step, rejected);
-        Ok(if self.lines.send(line).is_ok() { Next::GoOn } else { Next::Stop })
+        Ok(())
+    }
+
+    fn insert(&mut self, batch: &Batch, origin: &Origin) -> Result<(), DaemonError> {
+        let mut answer = Answer::new(batch);
+        let no_room = self.no_room();
+        for (index, &(x, y)) in batch.positions.iter().enumerate() {
+            self.pending = true;
+            let time = batch.times.get(index).copied();
+            let placed = match &no_room {
+                Some(full) => Err(full.clone()),
+                None => self.insert_one(x, y, time),
+            };
+            self.note(&mut answer, batch, index, placed)?;
+            if self.settings.frame_points.is_some_and(|limit| self.points >= limit) {
+                self.close_frame(None)?;
+            }
+        }
+        self.tell();
+        answer.send(origin, &self.stream.stats);
+        Ok(())
+    }
+
+    fn insert_one(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<VertexId, Problem> {
+        let limit = self.hub.limits.points;
+        // In a window of so many points the oldest leaves when one comes.
+        let makes_room = matches!(self.settings.options.window, Window::Points(length) if length.get() <= limit);
+        if self.pipeline.point_count() >= limit && !makes_room {
+            return Err(Problem::StreamFull { what: "points", limit });
+        }
+        let vertex = self.pipeline.feed_point(x, y, time).map_err(Problem::Refused)?;
+        self.points += 1;
+        self.newest_time = time.into_iter().chain(self.newest_time).reduce(f64::max);
+        Ok(vertex)
+    }
+
+    fn retract(&mut self, batch: &Batch, origin: &Origin) -> Result<(), DaemonError> {
+        self.pending = true;
+        let mut answer = Answer::new(batch);
+        for (index, &(x, y)) in batch.positions.iter().enumerate() {
+            let retracted = self.pipeline.feed_retraction(x, y).map(|()| VertexId(0)).map_err(Problem::Refused);
+            self.note(&mut answer, batch, index, retracted)?;
+        }
+        self.tell();
+        answer.send(origin, &self.stream.stats);
+        Ok(())
+    }
+
+    /// Counts what became of a point.
+    fn note(
+        &mut self,
+        answer: &mut Answer,
+        batch: &Batch,
+        index: usize,
+        placed: Result<VertexId, Problem>,
+    ) -> Result<(), DaemonError> {
+        match placed {
+            Ok(vertex) => answer.accept(batch, index, vertex),
+            Err(problem) => {
+                self.rejected += 1;
+                if let Some(line) = batch.lines.get(index) {
+                    let (x, y) = batch.positions[index];
+                    self.complaints.add(&format_args!("line {line}, point ({x}, {y}): {problem}"))?;
+                }
+                answer.refuse(index, &problem);
+            }
+        }
+        Ok(())
+    }
+
+    /// Why no batch can be taken now, if that is so.
+    fn no_room(&self) -> Option<Problem> {
+        let limits = &self.hub.limits;
+        if self.pipeline.vertex_count() as u64 >= limits.vertices {
+            return Some(Problem::StreamFull { what: "distinct positions", limit: limits.vertices });
+        }
+        let held = self.hub.memory();
+        (limits.memory > 0 && held >= limits.memory).then_some(Problem::DaemonFull { held, limit: limits.memory })
+    }
+
+    /// Closes the frame in hand, and tells everybody who looks.
+    fn close_frame(&mut self, time: Option<f64>) -> Result<(), DaemonError> {
+        let number = self.pipeline.commit(time.or(self.newest_time));
+        let rejected = std::mem::take(&mut self.rejected);
+        (self.points, self.pending) = (0, false);
+        self.stream.stats.set_frame(number);
+        self.views.publish(&mut self.pipeline, rejected);
+        self.feed_tap(rejected)?;
+        if self.is_checking {
+            self.check()?;
+        }
+        self.tell();
+        Ok(())
+    }
+
+    /// Waits while the reader of the tap is behind.
+    fn feed_tap(&mut self, rejected: u64) -> Result<(), DaemonError> {
+        let Some((tap, eye)) = &mut self.tap else { return Ok(()) };
+        let Some(step) = eye.look(&mut self.pipeline) else { return Ok(()) };
+        let diff = convert::diff(self.stream.number, tap.view, &step, rejected);
+        if tap.frames.send(diff).is_err() {
+            // Its reader has gone: for the writer to say why.
+            (self.is_over, self.tap) = (tap.is_vital, None);
+        }
+        Ok(())
+    }
+
+    fn check(&mut self) -> Result<(), Contradiction> {
+        let tapped = self.tap.iter().filter_map(|(_, eye)| eye.follower());
+        let mut followers: Vec<&Follower> = tapped.chain(self.views.followers()).collect();
+        let whole = Follower::new(ViewSpec::Full);
+        if followers.is_empty() {
+            followers.push(&whole);
+        }
+        followers.into_iter().try_for_each(|follower| self.pipeline.check(follower))
+    }
+
+    /// Keeps the stream's numbers up to date.
+    fn tell(&self) {
+        let (stats, pipeline) = (&self.stream.stats, &self.pipeline);
+        let (points, vertices) = (pipeline.point_count(), pipeline.vertex_count() as u64);
+        stats.points.store(points, Ordering::Relaxed);
+        stats.vertices.store(vertices, Ordering::Relaxed);
+        stats.computed.store(pipeline.computed(), Ordering::Relaxed);
+        let held = vertices * BYTES_OF_A_VERTEX + points * BYTES_OF_A_POINT + self.views.bytes() as u64;
+        stats.memory.store(held, Ordering::Relaxed);
     }
 }

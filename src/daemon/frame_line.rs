@@ -1,34 +1,36 @@
 //! A frame as a JSON line; its keys stand in the README.
 //!
-//! In: a step from one frame to the next. Out: a value that serializes. Invariants: its size is that of the diff;
-//! numbers that are not finite are null. Must not know: channels.
+//! In: a stream's name, and what has changed in a view of it. Out: a value that serializes. Invariants: its size is that of the diff;
+//! numbers that are not finite are null. Must not know: channels, the core.
 
-use hopes::topology::{Checksum, Critical, EdgeId, Step, Vertex, ViewSpec};
+use hopes_protocol::{Critical, Cut, Diff, Edge, FrameInfo, Simplify, Snapshot, Vertex};
 use serde::{Serialize, Serializer};
 
-/// One line of `serve`'s output.
+/// One line of output.
 #[derive(Debug, Serialize)]
-pub struct FrameLine {
-    stream: &'static str,
+pub struct FrameLine<'a> {
+    stream: &'a str,
     frame: u64,
     from: u64,
     time: Option<f64>,
-    points: usize,
+    points: u64,
     rejected: u64,
     view: ViewLine,
-    vertices: Vertices,
-    edges: Edges,
-    critical: CriticalEdges,
+    vertices: Vertices<'a>,
+    edges: Edges<'a>,
+    critical: CriticalEdges<'a>,
     #[serde(serialize_with = "as_text")]
-    checksum: Checksum,
+    checksum: u64,
 }
 
 #[derive(Debug, Serialize)]
 struct ViewLine {
     #[serde(flatten)]
     kind: Kind,
-    components: usize,
-    cycles: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    simplify: Option<Threshold>,
+    components: u64,
+    cycles: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -39,80 +41,87 @@ enum Kind {
     Derived { k: u32, l: u32, ds: Option<f64>, vs: Option<f64> },
 }
 
+/// `true`, or a number.
 #[derive(Debug, Serialize)]
-struct Vertices {
-    add: Vec<(u64, f64, f64)>,
-    del: Vec<u64>,
+#[serde(untagged)]
+enum Threshold {
+    AtScale(bool),
+    Below(f64),
 }
 
 #[derive(Debug, Serialize)]
-struct Edges {
-    add: Vec<[u64; 2]>,
-    del: Vec<[u64; 2]>,
+struct Vertices<'a> {
+    add: &'a [Vertex],
+    del: &'a [u64],
 }
 
 #[derive(Debug, Serialize)]
-struct CriticalEdges {
-    set: Vec<(u64, u64, f64, f64)>,
-    del: Vec<[u64; 2]>,
+struct Edges<'a> {
+    add: &'a [Edge],
+    del: &'a [Edge],
 }
 
-impl FrameLine {
-    /// The line of a step; so many points were rejected since the one before.
-    pub fn new(step: &Step, rejected: u64) -> Self {
-        let diff = &step.diff;
+#[derive(Debug, Serialize)]
+struct CriticalEdges<'a> {
+    set: &'a [Critical],
+    del: &'a [Edge],
+}
+
+impl<'a> FrameLine<'a> {
+    /// The line of a frame of a stream.
+    pub fn new(stream: &'a str, diff: &'a Diff) -> Self {
         Self {
-            stream: "default",
-            frame: step.number,
-            from: step.from,
-            time: step.time,
-            points: step.vertices,
-            rejected,
-            view: ViewLine { kind: kind(step), components: step.components, cycles: step.cycles },
-            vertices: Vertices {
-                add: diff.vertices_added.iter().map(vertex).collect(),
-                del: diff.vertices_removed.iter().map(|id| id.0).collect(),
-            },
-            edges: Edges { add: ends(&diff.tree_added), del: ends(&diff.tree_removed) },
-            critical: CriticalEdges {
-                set: diff.critical_set.iter().map(labelled).collect(),
-                del: ends(&diff.critical_removed),
-            },
-            checksum: step.checksum,
+            vertices: Vertices { add: &diff.vertices_added, del: &diff.vertices_removed },
+            edges: Edges { add: &diff.edges_added, del: &diff.edges_removed },
+            critical: CriticalEdges { set: &diff.critical_set, del: &diff.critical_removed },
+            ..Self::empty(stream, &diff.frame, diff.from, diff.checksum)
+        }
+    }
+
+    /// The line of a whole view: a change from nothing, hence from frame 0.
+    pub fn of_snapshot(stream: &'a str, snapshot: &'a Snapshot) -> Self {
+        Self {
+            vertices: Vertices { add: &snapshot.vertices, del: &[] },
+            edges: Edges { add: &snapshot.edges, del: &[] },
+            critical: CriticalEdges { set: &snapshot.critical, del: &[] },
+            ..Self::empty(stream, &snapshot.frame, 0, snapshot.checksum)
+        }
+    }
+
+    fn empty(stream: &'a str, frame: &FrameInfo, from: u64, checksum: u64) -> Self {
+        Self {
+            stream,
+            frame: frame.number,
+            from,
+            time: frame.time,
+            points: frame.vertices,
+            rejected: frame.rejected,
+            view: ViewLine::new(frame),
+            vertices: Vertices { add: &[], del: &[] },
+            edges: Edges { add: &[], del: &[] },
+            critical: CriticalEdges { set: &[], del: &[] },
+            checksum,
         }
     }
 }
 
-fn kind(step: &Step) -> Kind {
-    match step.spec {
-        ViewSpec::Full => Kind::Full,
-        ViewSpec::Reduced { alpha } => Kind::Reduced { alpha },
-        ViewSpec::Derived { k, l } => {
-            let selection = step.selection.as_ref();
-            Kind::Derived {
-                k: k.get(),
-                l: l.get(),
-                ds: selection.and_then(|selection| selection.ds),
-                vs: selection.map(|selection| selection.vs),
-            }
-        }
+impl ViewLine {
+    fn new(frame: &FrameInfo) -> Self {
+        let &FrameInfo { ds, vs, components, cycles, .. } = frame;
+        let kind = match frame.view.cut {
+            Cut::Full => Kind::Full,
+            Cut::Reduced(alpha) => Kind::Reduced { alpha },
+            Cut::Derived(k, l) => Kind::Derived { k, l, ds, vs },
+        };
+        let simplify = match frame.view.simplify {
+            Simplify::No => None,
+            Simplify::AtScale => Some(Threshold::AtScale(true)),
+            Simplify::Below(threshold) => Some(Threshold::Below(threshold)),
+        };
+        Self { kind, simplify, components, cycles }
     }
 }
 
-fn vertex(vertex: &Vertex) -> (u64, f64, f64) {
-    let [x, y] = vertex.position.xy();
-    (vertex.id.0, x, y)
-}
-
-fn ends(edges: &[EdgeId]) -> Vec<[u64; 2]> {
-    edges.iter().map(|edge| edge.map(|id| id.0)).collect()
-}
-
-fn labelled(critical: &Critical) -> (u64, u64, f64, f64) {
-    let [a, b] = critical.edge;
-    (a.0, b.0, critical.birth, critical.death)
-}
-
-fn as_text<S: Serializer>(checksum: &Checksum, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(checksum)
+fn as_text<S: Serializer>(checksum: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{checksum:016x}"))
 }

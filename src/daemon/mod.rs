@@ -1,80 +1,149 @@
-//! The daemon: threads and channels around one stream's engine.
+//! The daemon: streams with an engine each, and those who feed and follow them.
 //!
-//! In: [`Input`]s from a source, options. Out: frames as lines on a sink. Three threads, joined by bounded channels, so that a slow
-//! reader of the sink slows the producer and memory stays bounded:
+//! In: points from stdin and from producers, options. Out: frames on stdout and to consumers. Threads, joined by bounded queues:
 //!
 //! ```text
-//! reader ──(inputs)──▶ engine ──(frame lines)──▶ writer
-//!                        ▲ signals, ticks
+//! stdin ──▶ reader ──┐                                   ┌──(tap)──▶ writer ──▶ stdout
+//!                    ├─(inbox)─▶ engine of a stream ─────┤
+//! peer ───▶ reader ──┘     ▲                             └─(board)─▶ writer ──▶ peer
+//!                          └── what seats ask
 //! ```
 //!
-//! Invariants: no frame is dropped: when somebody has to wait, it is the producer. On a signal the frame in hand is closed and
-//! written before the end. Must not know: how inputs are parsed, geometry.
+//! Invariants: when somebody has to wait, it is the producer, for its own stream or for stdout's reader, never for a consumer on a socket; whatever a peer does, others are served on. On a signal, what has been taken in is finished, written and sent before the
+//! end; threads are named, and joined. Must not know: how inputs are parsed, geometry.
 
+mod address;
+mod answer;
+mod board;
+mod client;
 mod complaints;
+mod convert;
 mod engine;
 mod frame_line;
+mod inbox;
+mod peer;
+mod seat;
 mod signals;
+mod stop;
+mod streams;
+mod views;
 mod writer;
 
 use std::io::Write;
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use crossbeam_channel::{Sender, bounded, never, tick};
-use hopes::topology::{Contradiction, Options, ViewSpec};
+use crossbeam_channel::{Receiver, bounded, select, unbounded};
+use hopes::topology::{Contradiction, Options};
+use hopes_protocol as wire;
 use thiserror::Error;
 
+pub use address::Address;
+pub use client::{Client, ClientError, Received, Receiving, Sending, Timeouts};
 pub use complaints::{Complaints, StrictStop};
-use engine::Engine;
+pub use convert::{cut, spec, wire_window};
+use engine::{Sources, Tap};
+pub use frame_line::FrameLine;
+pub use inbox::{Batch, Input, Overload};
+use inbox::{Item, Origin};
+use peer::{ListenError, Listener, Registry};
+pub use stop::Stop;
+use streams::{Ended, Hub, OpenError, Stream};
+pub use writer::OutputForm;
 
-/// One thing that a source says.
-#[derive(Clone, Debug)]
-pub enum Input {
-    /// Points to insert.
-    Points(Vec<Point>),
-    /// Points to take back.
-    Retract(Vec<Point>),
-    /// The end of a frame, with the time it shall carry.
-    Commit(Option<f64>),
-    /// Something that could not be read, with where and why.
-    Unreadable(String),
-    /// The source has failed and says no more.
-    Failed(String),
-}
+/// The stream that stdin feeds and that stdout shows.
+pub const DEFAULT_STREAM: &str = "default";
 
-/// A point on its way in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
-    /// Where.
-    pub position: [f64; 2],
-    /// When, if known.
-    pub time: Option<f64>,
-    /// The line of the input that it stands on.
-    pub line: u64,
-}
-
-/// What the stream does.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings {
+/// What a stream does.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StreamSettings {
     /// Which points stay.
     pub options: Options,
-    /// What consumers see.
-    pub view: ViewSpec,
     /// Close a frame by itself after so many points.
     pub frame_points: Option<u64>,
     /// Close a frame by itself every so often.
     pub frame_every: Option<Duration>,
-    /// Stop at the first thing that cannot be used.
+}
+
+/// How much of everything there may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Peers at one time.
+    pub connections: usize,
+    /// Channels of a peer.
+    pub channels: usize,
+    /// Streams at one time.
+    pub streams: usize,
+    /// Points in the window of a stream.
+    pub points: u64,
+    /// Distinct positions in a stream.
+    pub vertices: u64,
+    /// Estimated bytes of all streams; 0 for no limit.
+    pub memory: u64,
+    /// Points that wait for the engine of a stream.
+    pub waiting_points: usize,
+    /// Points in one message.
+    pub largest_batch: u32,
+    /// Bytes in the body of one message of a peer.
+    pub largest_frame: u32,
+    /// Bytes that a consumer may be behind before frames are merged for it.
+    pub consumer_queue: usize,
+    /// Bytes of changes that each view keeps, for those who are behind or come back.
+    pub history: usize,
+    /// How long nothing is sent to a consumer at the most.
+    pub heartbeat: Duration,
+    /// How long a peer may be silent, or take for a message.
+    pub timeout: Duration,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            connections: 1024,
+            channels: 256,
+            streams: 256,
+            points: 100_000_000,
+            vertices: 20_000_000,
+            memory: 0,
+            waiting_points: 1 << 16,
+            largest_batch: 1 << 16,
+            largest_frame: 1 << 22,
+            consumer_queue: 1 << 20,
+            history: 1 << 25,
+            heartbeat: Duration::from_secs(5),
+            timeout: Duration::from_secs(60),
+        }
+    }
+}
+
+/// What the daemon does.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The stream that stdin feeds.
+    pub default_stream: StreamSettings,
+    /// What stdout shows of it.
+    pub view: wire::View,
+    /// Stop at the first thing on stdin that cannot be used.
     pub strict: bool,
     /// Recompute every frame from scratch, and stop where it differs.
     pub check: bool,
     /// So many threads reduce tiles; as many as there are processors, if none is given.
     pub threads: Option<NonZeroUsize>,
+    /// What happens to producers that are faster than their stream.
+    pub overload: Overload,
+    /// How much of everything there may be.
+    pub limits: Limits,
+    /// Where peers connect. Without any, the daemon ends with stdin.
+    pub listen: Vec<Address>,
+    /// Whether peers may come from other machines.
+    pub allow_remote: bool,
+    /// Streams that are there from the start.
+    pub streams: Vec<(String, StreamSettings)>,
 }
 
-/// Why the daemon stopped before its input ended.
+/// Why the daemon stopped before it was asked to.
 #[derive(Debug, Error)]
 pub enum DaemonError {
     /// Under `strict`.
@@ -86,6 +155,12 @@ pub enum DaemonError {
     /// Threads could not be started.
     #[error("cannot start the threads that reduce tiles: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
+    /// Nobody could connect.
+    #[error(transparent)]
+    Listen(#[from] ListenError),
+    /// A stream that was asked for cannot be.
+    #[error("{0}")]
+    Stream(String),
     /// The source failed.
     #[error("cannot read the input: {0}")]
     Source(String),
@@ -100,48 +175,123 @@ pub enum DaemonError {
     Thread(&'static str),
 }
 
-/// Inputs under way; a batch has at most [`BATCH`] points, so this bounds what waits for the engine to some megabytes.
-const INPUTS: usize = 16;
+impl From<OpenError> for DaemonError {
+    fn from(error: OpenError) -> Self {
+        Self::Stream(error.text)
+    }
+}
 
-/// Points that are handed on together at the most.
+/// Points of stdin that are handed on together at the most.
 pub const BATCH: usize = 4096;
 
 /// Frames under way to the sink: one being written, one ready.
 const FRAMES: usize = 2;
 
-/// Hands inputs on; false once nobody listens any more.
-pub struct Feed(Sender<Input>);
+/// Hands what stdin says on to its stream.
+pub struct Feed(Arc<Stream>);
 
 impl Feed {
-    /// Waits while the engine is busy.
+    /// Waits while the engine is busy; false once nobody listens any more.
     pub fn send(&self, input: Input) -> bool {
-        self.0.send(input).is_ok()
+        self.0.inbox.push(Item { input, origin: Origin::Stdin }).is_ok()
     }
 }
 
-/// Runs a stream from a source to a sink, until the source ends, a signal comes or something fails.
+/// Where stdin's points come from.
+pub type Source = Box<dyn FnOnce(&Feed) + Send>;
+
+/// Where stdout's frames go, and in which form.
+pub type Sink = (OutputForm, Box<dyn Write + Send>);
+
+/// Serves until a signal comes or something fails; without a place to listen at, until the source ends.
 ///
-/// The reader thread is not waited for: it may be blocked in a read that never returns, and owns nothing that has to be finished.
-pub fn run(
-    settings: Settings,
-    source: impl FnOnce(Feed) + Send + 'static,
-    sink: impl Write + Send + 'static,
-) -> Result<(), DaemonError> {
+/// The reader of the source is not waited for: it may be blocked in a read that never returns, and owns nothing that has to be finished.
+///
+/// # Errors
+/// [`DaemonError`].
+pub fn run(settings: Settings, source: Option<Source>, sink: Option<Sink>) -> Result<(), DaemonError> {
     if let Some(threads) = settings.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global()?;
     }
     let signals = signals::channel().map_err(DaemonError::Start)?;
-    let (input_sender, inputs) = bounded(INPUTS);
-    let (line_sender, lines) = bounded(FRAMES);
+    let (ended_sender, ended) = unbounded();
+    let hub = Arc::new(Hub::new(settings.limits, settings.overload, settings.check, ended_sender));
+    let is_listening = !settings.listen.is_empty();
     let named = |name: &str| thread::Builder::new().name(name.to_owned());
-    named("reader").spawn(move || source(Feed(input_sender))).map_err(DaemonError::Start)?;
-    let writer = named("writer").spawn(move || writer::run(&lines, sink)).map_err(DaemonError::Start)?;
-    let ticks = settings.frame_every.map_or_else(never, tick);
-    let engine = named("engine")
-        .spawn(move || Engine::new(settings, line_sender).run(&inputs, &ticks, &signals))
-        .map_err(DaemonError::Start)?;
-    // The engine ends first, and by dropping its sender ends the writer once all is written.
-    let ended = engine.join().map_err(|_| DaemonError::Thread("engine"))?;
-    let written = writer.join().map_err(|_| DaemonError::Thread("writer"))?;
-    written.map_err(DaemonError::Sink).and(ended)
+
+    let mut sources = Sources { complaints: Complaints::new(settings.strict), tap: None };
+    let mut writer = None;
+    if let Some((form, sink)) = sink {
+        let (frames, lines) = bounded(FRAMES);
+        sources.tap = Some(Tap { view: settings.view, frames, is_vital: !is_listening });
+        writer = Some(named("writer").spawn(move || writer::run(&lines, form, sink)).map_err(DaemonError::Start)?);
+    }
+    for (name, stream) in &settings.streams {
+        hub.make(name, *stream, Sources::default())?;
+    }
+    let default = (source.is_some() || writer.is_some())
+        .then(|| hub.make(DEFAULT_STREAM, settings.default_stream, sources))
+        .transpose()?;
+    let registry = Arc::new(Registry::new(Arc::clone(&hub)));
+    let mut listeners = Vec::new();
+    for address in &settings.listen {
+        listeners.push(Listener::start(address, settings.allow_remote, Arc::clone(&registry))?);
+    }
+    if let (Some(source), Some(stream)) = (source, &default) {
+        let feed = Feed(Arc::clone(stream));
+        let read = move || {
+            source(&feed);
+            feed.send(Input::Close { end: !is_listening });
+        };
+        named("reader").spawn(read).map_err(DaemonError::Start)?;
+    }
+
+    let outcome = wait(&signals, &ended, default.filter(|_| !is_listening).as_ref());
+    listeners.into_iter().for_each(Listener::stop);
+    registry.stop_reading();
+    let streams = hub.finish();
+    let outcome = outcome.map(|reason| {
+        for (name, frame) in streams.iter().filter(|_| reason != ENDED) {
+            match is_listening {
+                true => tracing::info!("{reason}: stream {name:?} stopped after frame {frame}"),
+                false => tracing::info!("{reason}: stopped after frame {frame}"),
+            }
+        }
+        registry.say_goodbye(reason, &streams);
+    });
+    if outcome.is_err() {
+        registry.say_goodbye("the daemon has failed", &streams);
+    }
+    // Engines that failed while they finished have said so by now.
+    let late = ended.try_iter().find_map(|ended| ended.result.err()).map_or(Ok(()), Err);
+    let written = writer.map_or(Ok(Ok(())), thread::JoinHandle::join).map_err(|_| DaemonError::Thread("writer"))?;
+    written.map_err(DaemonError::Sink).and(outcome).and(late)
+}
+
+/// Why a daemon ends that nobody has stopped.
+const ENDED: &str = "the input has ended";
+
+/// Waits for a signal, for the end of the stream that all is about, or for a failure that nobody should overlook. Says why it is the end.
+fn wait(
+    signals: &Receiver<&'static str>,
+    ended: &Receiver<Ended>,
+    only: Option<&Arc<Stream>>,
+) -> Result<&'static str, DaemonError> {
+    loop {
+        select! {
+            recv(signals) -> signal => return Ok(signal.unwrap_or("signal")),
+            recv(ended) -> ended => {
+                // The hub, which is ours, holds the other end.
+                let Ok(Ended { stream, result }) = ended else { return Ok(ENDED) };
+                let is_only = only.is_some_and(|only| Arc::ptr_eq(only, &stream));
+                match result {
+                    // One stream's accident is not the others'.
+                    Err(DaemonError::Thread(_)) if !is_only => {}
+                    Err(error) => return Err(error),
+                    Ok(()) if is_only => return Ok(ENDED),
+                    Ok(()) => {}
+                }
+            }
+        }
+    }
 }

@@ -298,6 +298,11 @@ impl Cloud {
         self.places.len()
     }
 
+    /// Number of vertices in use, those of the frame in hand among them.
+    pub fn used_count(&self) -> usize {
+        self.used
+    }
+
     /// Number of distinct positions as of the last commit.
     pub fn vertex_count(&self) -> usize {
         self.committed

@@ -11,6 +11,8 @@ use std::fmt;
 use thiserror::Error;
 
 use super::cloud::{Vertex, VertexId};
+use super::position::Position;
+use super::simplify::Simplified;
 use super::skeleton::Skeleton;
 use super::view::View;
 
@@ -54,6 +56,8 @@ pub struct Diff {
     pub critical_set: Vec<Critical>,
     /// Critical edges that are gone, in order.
     pub critical_removed: Vec<EdgeId>,
+    /// Critical edges that are gone or have a new label, as they were, in order. [`Snapshot::apply`] does not need them; merging diffs does.
+    pub critical_before: Vec<Critical>,
 }
 
 /// Why a diff does not fit a snapshot: it starts from another one.
@@ -118,6 +122,11 @@ impl Snapshot {
             |change| match change {
                 (Some(old), None) => diff.vertices_removed.push(old.id),
                 (None, Some(new)) => diff.vertices_added.push(*new),
+                // Only a simplified view's vertices move.
+                (Some(old), Some(new)) if old != new => {
+                    diff.vertices_removed.push(old.id);
+                    diff.vertices_added.push(*new);
+                }
                 _ => {}
             },
         );
@@ -136,13 +145,38 @@ impl Snapshot {
             &new.critical,
             |critical| critical.edge,
             |change| match change {
-                (Some(old), None) => diff.critical_removed.push(old.edge),
+                (Some(old), None) => {
+                    diff.critical_removed.push(old.edge);
+                    diff.critical_before.push(*old);
+                }
                 (None, Some(new)) => diff.critical_set.push(*new),
-                (Some(old), Some(new)) if old != new => diff.critical_set.push(*new),
+                (Some(old), Some(new)) if old != new => {
+                    diff.critical_set.push(*new);
+                    diff.critical_before.push(*old);
+                }
                 _ => {}
             },
         );
         diff
+    }
+
+    /// What a consumer of a simplified view holds: its vertices have the smallest of the ids that they stand for, and all its edges are tree edges.
+    pub fn of_simplified(skeleton: &Skeleton, simplified: &Simplified) -> Self {
+        let mut ids = vec![VertexId(u64::MAX); simplified.positions.len()];
+        for (vertex, &image) in skeleton.vertices().iter().zip(&simplified.image) {
+            let id = &mut ids[image as usize];
+            *id = vertex.id.min(*id);
+        }
+        let positions = simplified.positions.iter().map(|&[x, y]| Position::between(x, y));
+        let mut vertices: Vec<Vertex> =
+            ids.iter().zip(positions).map(|(&id, position)| Vertex { id, position }).collect();
+        vertices.sort_unstable_by_key(|vertex| vertex.id);
+        let mut tree: Vec<EdgeId> = (simplified.edges.iter())
+            .map(|edge| edge.map(|end| ids[end as usize]))
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .collect();
+        tree.sort_unstable();
+        Self { vertices, tree, critical: Vec::new() }
     }
 
     /// The snapshot that a diff leads to.

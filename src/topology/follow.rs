@@ -160,6 +160,7 @@ impl Follower {
                 0
             }
         };
+        diff.critical_before.sort_unstable_by_key(|dot| dot.edge);
         self.rule = rule;
         self.frame = number;
         let vertices = held.vertex_count();
@@ -247,7 +248,11 @@ impl Follower {
         let label = [dot.birth, dot.death];
         match self.critical.insert(dot.edge, label) {
             Some(old) if old == label => return,
-            Some([birth, death]) => self.checksum.remove_critical(&Critical { birth, death, ..dot }),
+            Some([birth, death]) => {
+                let old = Critical { birth, death, ..dot };
+                self.checksum.remove_critical(&old);
+                diff.critical_before.push(old);
+            }
             None => {}
         }
         self.checksum.add_critical(&dot);
@@ -256,8 +261,10 @@ impl Follower {
 
     fn hide_dot(&mut self, edge: EdgeId, diff: &mut Diff) {
         if let Some([birth, death]) = self.critical.remove(&edge) {
-            self.checksum.remove_critical(&Critical { edge, birth, death });
+            let old = Critical { edge, birth, death };
+            self.checksum.remove_critical(&old);
             diff.critical_removed.push(edge);
+            diff.critical_before.push(old);
         }
     }
 }

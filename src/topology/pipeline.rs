@@ -20,7 +20,9 @@ use super::follow::{Follower, Step};
 use super::held::{HeldTiles, HeldWhole};
 use super::hole::Holes;
 use super::mesh::Mesh;
+use super::ranking::Ranking;
 use super::reduction::Link;
+use super::simplified::SimplifiedFollower;
 use super::skeleton::{Dot, Skeleton};
 use super::tiles::{Dirt, Guide, LEAF, Tiles};
 use super::view::{View, ViewSpec};
@@ -154,12 +156,12 @@ impl Pipeline {
         self.cloud.reserve(points);
     }
 
-    /// Adds a point with its event time, if it has one.
+    /// Adds a point with its event time, if it has one, and tells the vertex that it is on.
     ///
     /// # Errors
     /// [`Refusal`]: the point was left out.
-    pub fn feed_point(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<(), Refusal> {
-        self.cloud.insert(x, y, time).map(drop)
+    pub fn feed_point(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<VertexId, Refusal> {
+        self.cloud.insert(x, y, time).map(|slot| self.cloud.id(slot))
     }
 
     /// Adds many points of one event time, and says which were refused: places in `points`, and why.
@@ -234,6 +236,27 @@ impl Pipeline {
         Some(step)
     }
 
+    /// What has changed in a simplified view up to the newest committed frame, unless the follower has been told already. Takes time in
+    /// proportion to the cloud: one edge that changes can change how all others collapse.
+    pub fn poll_simplified(&mut self, follower: &mut SimplifiedFollower) -> Option<Step> {
+        if follower.frame() >= self.committed {
+            return None;
+        }
+        self.reach();
+        let frame = self.frame();
+        Some(follower.advance(&frame))
+    }
+
+    /// The most persistent dots of the newest committed frame, so many at the most, with their holes. Takes time in proportion to all dots.
+    pub fn poll_dots(&mut self, most: usize) -> Ranking {
+        self.reach();
+        match (&self.tiles, &self.whole) {
+            (Some(tiles), _) => Ranking::of_tiles(self.reached, &self.cloud, tiles, most),
+            (None, Some(frame)) => Ranking::of_skeleton(self.reached, &frame.skeleton, most),
+            (None, None) => Ranking::default(),
+        }
+    }
+
     /// The boundaries, at birth, of the holes of some dots of the newest frame that was given: see [`Holes::boundary`].
     ///
     /// Takes linear time once, and then time in proportion to the holes. Dots of another frame have no walks.
@@ -264,6 +287,16 @@ impl Pipeline {
     /// How many tiles were reduced for the newest frame that was reached; 0 if it was computed in one pass.
     pub fn tiles_reduced(&self) -> usize {
         self.tiles.as_ref().map_or(0, Tiles::reduced)
+    }
+
+    /// Number of the newest committed frame; 0 before the first.
+    pub fn committed(&self) -> u64 {
+        self.committed
+    }
+
+    /// Distinct positions, those of the frame in hand among them.
+    pub fn vertex_count(&self) -> usize {
+        self.cloud.used_count()
     }
 
     /// Points in the window, duplicates and those of the frame in hand among them.

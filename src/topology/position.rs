@@ -77,6 +77,12 @@ impl Position {
         Ok(Self { x: coordinate(Axis::X, x)?, y: coordinate(Axis::Y, y)? })
     }
 
+    /// A position that was computed from others and lies between them: its coordinates may only be too near to 0, and become 0 then.
+    pub(super) fn between(x: f64, y: f64) -> Self {
+        let [x, y] = [x, y].map(|v| if v.abs() < MIN_COORDINATE { 0.0 } else { v });
+        Self { x, y }
+    }
+
     /// The nearest node of the grid of step `resolution` (halves away from zero).
     ///
     /// # Errors

@@ -97,6 +97,14 @@ impl View {
         }
     }
 
+    /// The scale that it is cut at: alpha, or vs; infinite for the whole skeleton.
+    pub fn scale(&self) -> f64 {
+        match (self.spec, &self.selection) {
+            (ViewSpec::Reduced { alpha }, _) => alpha,
+            (_, selection) => selection.as_ref().map_or(f64::INFINITY, |selection| selection.vs),
+        }
+    }
+
     /// Total length of the edges shown.
     pub fn length(&self, skeleton: &Skeleton) -> f64 {
         let edges = self.tree.iter().copied().chain(self.critical_edges(skeleton));

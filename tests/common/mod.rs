@@ -4,6 +4,8 @@
 pub mod by_position;
 pub mod clouds;
 #[cfg(feature = "daemon")]
+pub mod fake_daemon;
+#[cfg(feature = "daemon")]
 pub mod mirror;
 pub mod model;
 pub mod naive;
@@ -13,6 +15,8 @@ pub mod process;
 pub mod random;
 #[cfg(feature = "daemon")]
 pub mod reply;
+#[cfg(feature = "daemon")]
+pub mod scene;
 pub mod script;
 #[cfg(feature = "daemon")]
 pub mod window;

@@ -8,7 +8,10 @@ use std::fmt;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 
-use hopes::topology::{Follower, Frame, Options, Pipeline, Refusal, Snapshot, Step as FrameStep, VertexId, ViewSpec};
+use hopes::topology::{
+    Critical, Follower, Frame, Options, Pipeline, Refusal, SimplifiedFollower, Snapshot, Step as FrameStep, VertexId,
+    ViewSpec, simplify,
+};
 
 use super::by_position::ByPosition;
 use super::clouds::Point;
@@ -56,6 +59,7 @@ pub fn run(script: &Script) -> Vec<Arc<Frame>> {
         ids: BTreeMap::new(),
         frames: Vec::new(),
         followers: followed().map(|spec| (Follower::new(spec), Snapshot::default())).collect(),
+        simplified: (SimplifiedFollower::new(ViewSpec::default(), None), Snapshot::default()),
     };
     for step in &script.steps {
         stage.act(step);
@@ -77,6 +81,8 @@ struct Stage {
     frames: Vec<Arc<Frame>>,
     /// Followers of views, and what they have been told; the last one comes to every other frame only.
     followers: Vec<(Follower, Snapshot)>,
+    /// The same of a simplified view.
+    simplified: (SimplifiedFollower, Snapshot),
 }
 
 /// Views of every kind.
@@ -139,7 +145,37 @@ impl Stage {
         for (follower, _) in &self.followers {
             assert_eq!(self.pipeline.check(follower), Ok(()));
         }
+        self.check_simplified(&frame);
+        self.check_ranking(&frame);
         self.frames.push(frame);
+    }
+
+    /// Steps lead from simplified view to simplified view.
+    fn check_simplified(&mut self, frame: &Frame) {
+        let (follower, held) = &mut self.simplified;
+        let step = self.pipeline.poll_simplified(follower).expect("it was not told of this frame");
+        let view = frame.view(ViewSpec::default());
+        let wanted = Snapshot::of_simplified(&frame.skeleton, &simplify(&frame.skeleton, &view, view.scale()));
+        *held = held.apply(&step.diff).expect("it starts from what is held");
+        assert_eq!((&*held, held.checksum()), (&wanted, step.checksum));
+        assert_eq!(held.vertices.len() + step.cycles, held.tree.len() + step.components, "Euler's formula");
+        assert!(held.vertices.iter().all(|v| frame.skeleton.vertices().iter().any(|known| known.id == v.id)));
+    }
+
+    /// Rankings are the first dots.
+    fn check_ranking(&mut self, frame: &Frame) {
+        let (all, id) = (frame.skeleton.dots(), |v: u32| frame.skeleton.vertices()[v as usize].id);
+        for most in [0, 1, all.len() / 2, all.len(), all.len() + 1] {
+            let ranking = self.pipeline.poll_dots(most);
+            assert_eq!(
+                (ranking.number, ranking.total, ranking.dots.len()),
+                (frame.number, all.len(), most.min(all.len()))
+            );
+            for (ranked, dot) in ranking.dots.iter().zip(all) {
+                let critical = Critical { edge: dot.edge.map(id), birth: dot.birth, death: dot.death };
+                assert_eq!((ranked.critical, ranked.hole), (critical, frame.skeleton.hole(dot)));
+            }
+        }
     }
 
     /// What followers are told; of some nothing.

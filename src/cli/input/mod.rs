@@ -31,7 +31,6 @@ mod text;
 mod tests;
 
 pub use columns::Columns;
-pub use error::ReadError;
 pub use format::Format;
 pub use reader::{Limits, Reader};
 pub use record::Record;

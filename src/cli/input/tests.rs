@@ -5,6 +5,7 @@ use std::io::{self, Read};
 
 use proptest::prelude::*;
 
+use super::error::ReadError;
 use super::*;
 
 /// A record in few characters: `+(1,2)@3`, `-(1,2)`, `commit@3`, `blank`, or the message.

@@ -1,0 +1,80 @@
+"""Client of the `hopes` daemon, which keeps the homologically persistent skeleton of live streams of points.
+
+In: the address of a daemon, or a recording. Out: `connect` and `read_recording`, and the types that go with them.
+Invariant: what is named in `__all__` is the public interface; `hopes_client.messages` and `hopes_client.wire` are for
+those who need the protocol itself.
+"""
+
+from .connection import Options
+from .consumer import Habits, Subscription
+from .daemon import Daemon, connect
+from .errors import (
+    BodyError,
+    ConnectionLost,
+    DaemonClosed,
+    DaemonError,
+    HopesError,
+    InboxFull,
+    Incomplete,
+    Malformed,
+    PeerSilent,
+    ProtocolError,
+    ResyncNeeded,
+    StaleFrame,
+    StreamEnded,
+    TimedOut,
+    TooLarge,
+    UnsupportedVersion,
+    VersionMismatch,
+)
+from .frame import Frame
+from .messages import Dot, Refusal, Status, StreamInfo, StreamStatus
+from .mirror import Mirror
+from .producer import Answer, Producer
+from .recording import Recording, read_recording
+from .shared import Cut, FrameHeader, Simplify, View, Window
+from .shared import DotsWanted as Dots
+from .version import VERSION as __version__
+
+__all__ = [
+    "Answer",
+    "BodyError",
+    "ConnectionLost",
+    "Cut",
+    "Daemon",
+    "DaemonClosed",
+    "DaemonError",
+    "Dot",
+    "Dots",
+    "Frame",
+    "FrameHeader",
+    "Habits",
+    "HopesError",
+    "InboxFull",
+    "Incomplete",
+    "Malformed",
+    "Mirror",
+    "Options",
+    "PeerSilent",
+    "Producer",
+    "ProtocolError",
+    "Recording",
+    "Refusal",
+    "ResyncNeeded",
+    "Simplify",
+    "StaleFrame",
+    "Status",
+    "StreamEnded",
+    "StreamInfo",
+    "StreamStatus",
+    "Subscription",
+    "TimedOut",
+    "TooLarge",
+    "UnsupportedVersion",
+    "VersionMismatch",
+    "View",
+    "Window",
+    "__version__",
+    "connect",
+    "read_recording",
+]

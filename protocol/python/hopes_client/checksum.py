@@ -1,0 +1,49 @@
+"""The checksum that proves what a consumer holds.
+
+In: vertices, edges or critical edges as tuples. Out: the sum of their hashes.
+Invariants: sums are modulo 2**64; the sum of the three kinds is the `checksum` of the specification; the sum of nothing
+is 0, so sums may be added and subtracted as elements come and go.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable
+
+MASK = (1 << 64) - 1
+
+_PAIR = struct.Struct("<dd")
+_BITS = struct.Struct("<QQ")
+
+
+def _mix(hash: int, words: tuple[int, ...]) -> int:
+    """The hash of `words` after those that gave `hash`."""
+    for word in words:
+        z = ((hash ^ word) + 0x9E3779B97F4A7C15) & MASK
+        z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 & MASK
+        z = (z ^ z >> 27) * 0x94D049BB133111EB & MASK
+        hash = z ^ z >> 31
+    return hash
+
+
+# Every hash begins with the kind of the element.
+_VERTEX = _mix(0, (1,))
+_EDGE = _mix(0, (2,))
+_CRITICAL = _mix(0, (3,))
+
+
+def of_vertices(vertices: Iterable[tuple[int, float, float]]) -> int:
+    """The sum over (id, x, y)."""
+    pack, bits = _PAIR.pack, _BITS.unpack
+    return sum(_mix(_VERTEX, (id, *bits(pack(x, y)))) for id, x, y in vertices) & MASK
+
+
+def of_edges(edges: Iterable[tuple[int, int]]) -> int:
+    """The sum over (a, b)."""
+    return sum(_mix(_EDGE, edge) for edge in edges) & MASK
+
+
+def of_critical(critical: Iterable[tuple[int, int, float, float]]) -> int:
+    """The sum over (a, b, birth, death)."""
+    pack, bits = _PAIR.pack, _BITS.unpack
+    return sum(_mix(_CRITICAL, (a, b, *bits(pack(birth, death)))) for a, b, birth, death in critical) & MASK

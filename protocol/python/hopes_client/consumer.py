@@ -1,0 +1,231 @@
+"""Following streams.
+
+In: a pattern, a view and how much of the persistence diagram is wanted. Out: an iterator of frames.
+Invariants: every frame that is given out was proved by its checksum; a subscription that may reconnect goes on from
+what it holds if the daemon can, and never gives out anything that does not follow; pauses between attempts are bounded.
+"""
+
+from __future__ import annotations
+
+import time
+import weakref
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+from .connection import as_exception
+from .errors import HopesError, ProtocolError, ResyncNeeded, TimedOut, VersionMismatch
+from .frame import Frame
+from .link import Link
+from .messages import ChangeView, Error, Message, Resume, StreamClosed, Subscribe, Unsubscribe, Unsubscribed
+from .mirror import Mirror
+from .patience import Deadline
+from .shared import DotsWanted, View
+from .tracker import Tracker, dots_of
+
+_SHORTEST_PAUSE = 0.1
+_LONGEST_PAUSE = 5.0
+_NOTHING_KEPT: dict[str, Mirror] = {}
+
+
+@dataclass(frozen=True)
+class Habits:
+    """How a subscription behaves.
+
+    `timeout` is how long it waits for a frame (none: as long as the daemon lives). With `reconnect` it connects and
+    subscribes again when the connection is lost or what came does not fit. The daemon does not tell that the dots stay
+    as they are, so a frame is held back for `dots_wait` seconds until its dots or another message come; later dots make
+    a frame of their own, of kind "dots". With `stop_when_closed` the iteration ends when a stream is closed.
+    """
+
+    timeout: float | None = None
+    reconnect: bool = False
+    dots_wait: float = 0.05
+    stop_when_closed: bool = False
+
+
+class Subscription:
+    """An iterator of the frames of all streams whose names match. Leaving a `with` block unsubscribes."""
+
+    def __init__(
+        self, link: Link, pattern: str, view: View, dots: DotsWanted, habits: Habits, resume: Mirror | None = None
+    ) -> None:
+        self.pattern = pattern
+        self.view = view
+        self.dots = dots
+        self.habits = habits
+        #: The stream that was closed last.
+        self.closed_stream: StreamClosed | None = None
+        self._link = link
+        self._ended = False
+        self._pause = _SHORTEST_PAUSE
+        self._subscribe({resume.name: resume} if resume else _NOTHING_KEPT)
+
+    def mirrors(self) -> dict[str, Mirror]:
+        """What is held of each stream, by name; for `resume` of another subscription when this one is over."""
+        return self._tracker.mirrors()
+
+    def next_frame(self, timeout: float | None = None) -> Frame | None:
+        """The next frame; none if the subscription is over. `TimedOut` does no harm: it may be called again."""
+        deadline = Deadline(self.habits.timeout if timeout is None else timeout)
+        while not self._ended:
+            try:
+                frame = self._next_here(deadline)
+            except HopesError as error:
+                if not self._may_start_again(error):
+                    raise
+                self._start_again(error, deadline)
+            else:
+                self._pause = _SHORTEST_PAUSE
+                return frame
+        return None
+
+    def change_view(
+        self,
+        *,
+        full: bool = False,
+        alpha: float | None = None,
+        k: int | None = None,
+        l: int | None = None,
+        simplify: bool | float = False,
+        dots: DotsWanted | None = None,
+    ) -> None:
+        """Asks for another view, and for other dots if they are given.
+
+        Frames of the view before may still come; the first of the new one is a snapshot with the cause "ViewChanged".
+        """
+        view = View.of(full, alpha, k, l, simplify)
+        wanted = self.dots if dots is None else dots
+        self._connection.send(self._channel, ChangeView(view, wanted), self._connection.options.timeout)
+        self.view, self.dots = view, wanted
+
+    def close(self, timeout: float | None = None) -> None:
+        """Unsubscribes, and waits until the daemon has done so. Does nothing if that was done before."""
+        if self._ended:
+            return
+        self._ended = True
+        self._finalizer.detach()
+        try:
+            self._unsubscribe(Deadline(self._connection.allowed(timeout)))
+        except HopesError:
+            # If the connection is lost the subscription is over too.
+            if self._connection.is_alive:
+                raise
+        finally:
+            self._connection.close_channel(self._channel)
+
+    def __iter__(self) -> Subscription:
+        return self
+
+    def __next__(self) -> Frame:
+        frame = self.next_frame()
+        if frame is None:
+            raise StopIteration
+        return frame
+
+    def __enter__(self) -> Subscription:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self._ended = True
+            self._finalizer()
+
+    def _unsubscribe(self, deadline: Deadline) -> None:
+        self._connection.send(self._channel, Unsubscribe(), deadline.left())
+        message: Any = None
+        while not isinstance(message, (Unsubscribed, Error)):
+            message = self._connection.receive(self._channel, deadline.left())
+
+    def _subscribe(self, kept: dict[str, Mirror]) -> None:
+        """Subscribes on the link's connection, and resumes if that is possible with what was kept."""
+        self._connection = self._link.renew()
+        self._channel = self._connection.open_channel()
+        # A subscription that is dropped in the midst of an iteration must not fill the inbox for ever.
+        self._finalizer = weakref.finalize(self, self._connection.abandon, self._channel)
+        self._finalizer.atexit = False
+        self._tracker = Tracker(kept.values())
+        self._following: Message | None = None
+        mirror = kept.get(self.pattern)
+        resume = None
+        if mirror is not None and mirror.number > 0 and mirror.view == self.view and "*" not in self.pattern:
+            resume = Resume(mirror.epoch, mirror.number)
+        message = Subscribe(self.pattern, self.view, self.dots, resume)
+        self._connection.send(self._channel, message, self._connection.options.timeout)
+
+    def _may_start_again(self, error: HopesError) -> bool:
+        """Whether to subscribe again is wanted, and may help."""
+        if not self.habits.reconnect or self._link.is_closed or isinstance(error, TimedOut):
+            return False
+        return isinstance(error, (ProtocolError, ResyncNeeded)) or not self._connection.is_alive
+
+    def _start_again(self, error: HopesError, deadline: Deadline) -> None:
+        """Subscribes again, with pauses that grow, until that works or the deadline has passed."""
+        kept = _NOTHING_KEPT if isinstance(error, ResyncNeeded) else self._tracker.mirrors()
+        reason: Exception = error
+        while True:
+            self._wait_a_while(deadline, reason)
+            self._finalizer()
+            try:
+                self._subscribe(kept)
+                return
+            except VersionMismatch:
+                raise
+            except (HopesError, OSError) as again:
+                reason = again
+
+    def _wait_a_while(self, deadline: Deadline, reason: Exception) -> None:
+        left = deadline.left()
+        time.sleep(self._pause if left is None else min(self._pause, left))
+        if deadline.passed():
+            raise TimedOut(f"the connection could not be made again in time: {reason}") from reason
+        self._pause = min(2 * self._pause, _LONGEST_PAUSE)
+
+    def _next_here(self, deadline: Deadline) -> Frame | None:
+        """The next frame that comes on this channel; none if the subscription is over."""
+        while True:
+            message = self._next_message(deadline)
+            if isinstance(message, Error):
+                if message.answers == Subscribe.TYPE:
+                    self._ended = True
+                    self._finalizer.detach()
+                    self._connection.close_channel(self._channel)
+                raise as_exception(message)
+            frame = self._tracker.take(message)
+            if frame is not None:
+                self._add_dots(frame, message, deadline)
+                return frame
+            if isinstance(message, StreamClosed):
+                self.closed_stream = message
+                if self.habits.stop_when_closed:
+                    self.close()
+                    return None
+
+    def _next_message(self, deadline: Deadline) -> Any:
+        message, self._following = self._following, None
+        return message or self._connection.receive(self._channel, deadline.left())
+
+    def _add_dots(self, frame: Frame, message: Message, deadline: Deadline) -> None:
+        """Adds the dots of a frame if they come right after it."""
+        if self.dots.case == "No" or frame.kind == "dots":
+            return
+        left = deadline.left()
+        wait = self.habits.dots_wait if left is None else min(left, self.habits.dots_wait)
+        try:
+            following = self._connection.receive(self._channel, wait)
+        except TimedOut:
+            return
+        except HopesError:
+            if self._connection.is_alive:
+                raise
+            # The frame is good; that the connection is lost shows again at the next one.
+            return
+        dots = dots_of(message, following)
+        if dots is None:
+            self._following = following
+        else:
+            self._tracker.complete(frame, dots)

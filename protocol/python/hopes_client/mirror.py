@@ -1,0 +1,143 @@
+"""What a consumer holds of one stream, kept up by snapshots and diffs.
+
+In: `Snapshot`, `Diff` and `Dots` messages of one stream, in the order in which they came.
+Out: vertices, edges and critical edges of the newest frame, proved by the checksum.
+Invariants: a message is taken as a whole or refused as a whole with `ResyncNeeded`, which leaves everything as it was;
+after each message taken `checksum` is that of what is held; `revision` grows with each message that changes the graph.
+Simplified views are held in the same way: their vertices are those of the simplified graph, and nothing is critical.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypeVar
+
+from . import checksum as hashes
+from .errors import ResyncNeeded
+from .messages import Diff, Dot, Dots, Snapshot
+from .shared import FrameHeader, View
+
+Key = TypeVar("Key")
+
+
+class Mirror:
+    """The newest frame of the stream `name` in its life `epoch`."""
+
+    def __init__(self, name: str = "", epoch: int = 0) -> None:
+        self.name = name
+        self.epoch = epoch
+        self.header: FrameHeader | None = None
+        self.vertices: dict[int, tuple[float, float]] = {}
+        self.edges: set[tuple[int, int]] = set()
+        self.critical: dict[tuple[int, int], tuple[float, float]] = {}
+        self.checksum = 0
+        self.revision = 0
+        self.dots: tuple[Dot, ...] = ()
+        self.dots_total = 0
+
+    @property
+    def number(self) -> int:
+        """The number of the frame that is held; 0 if there is none yet."""
+        return self.header.number if self.header else 0
+
+    @property
+    def view(self) -> View | None:
+        """The view that is held."""
+        return self.header.view if self.header else None
+
+    def apply_snapshot(self, snapshot: Snapshot) -> None:
+        """Replaces everything."""
+        vertices = {id: (x, y) for id, x, y in snapshot.vertices}
+        edges = set(snapshot.edges)
+        critical = {(a, b): (birth, death) for a, b, birth, death in snapshot.critical}
+        held = len(vertices) + len(edges) + len(critical)
+        if held != len(snapshot.vertices) + len(snapshot.edges) + len(snapshot.critical):
+            raise ResyncNeeded("the snapshot holds something twice")
+        total = hashes.of_vertices(snapshot.vertices)
+        total += hashes.of_edges(snapshot.edges) + hashes.of_critical(snapshot.critical)
+        self._prove(total, snapshot.checksum, snapshot.frame)
+        self.vertices, self.edges, self.critical = vertices, edges, critical
+        if snapshot.cause.case in ("Start", "CannotResume"):
+            # The daemon does not know of what was shown before, so it tells of the dots anew if there are any.
+            self.dots, self.dots_total = (), 0
+
+    def apply_diff(self, diff: Diff) -> None:
+        """Goes on from the frame that is held to another one."""
+        self._check_start(diff)
+        total = self.checksum
+        total += self._vertices_change(diff) + self._edges_change(diff) + self._critical_change(diff)
+        self._prove(total, diff.checksum, diff.frame)
+        for id in diff.vertices_removed:
+            del self.vertices[id]
+        self.vertices.update({id: (x, y) for id, x, y in diff.vertices_added})
+        self.edges.difference_update(diff.edges_removed)
+        self.edges.update(diff.edges_added)
+        for edge in diff.critical_removed:
+            del self.critical[edge]
+        self.critical.update({(a, b): (birth, death) for a, b, birth, death in diff.critical_set})
+
+    def apply_dots(self, dots: Dots) -> None:
+        """Replaces the dots."""
+        self.dots, self.dots_total = tuple(dots.dots), dots.total
+
+    def verify(self) -> None:
+        """Computes the checksum anew from what is held; `ResyncNeeded` if somebody has changed it."""
+        total = hashes.of_vertices((id, x, y) for id, (x, y) in self.vertices.items()) + hashes.of_edges(self.edges)
+        total += hashes.of_critical((a, b, birth, death) for (a, b), (birth, death) in self.critical.items())
+        if total & hashes.MASK != self.checksum:
+            raise ResyncNeeded("what is held was changed from outside")
+
+    def _prove(self, total: int, checksum: int, header: FrameHeader) -> None:
+        """Takes the new frame's header if the checksum is right. All checks come before, all changes after this."""
+        if total & hashes.MASK != checksum:
+            raise ResyncNeeded(f"the checksum of frame {header.number} is wrong")
+        self.checksum = checksum
+        self.header = header
+        self.revision += 1
+
+    def _check_start(self, diff: Diff) -> None:
+        if diff.from_ != self.number or diff.frame.number <= self.number:
+            raise ResyncNeeded(
+                f"a diff from frame {diff.from_} to {diff.frame.number} does not follow frame {self.number}"
+            )
+        if self.header and diff.frame.view != self.header.view:
+            raise ResyncNeeded("a diff of another view does not follow")
+
+    def _vertices_change(self, diff: Diff) -> int:
+        """What the diff's vertices add to the checksum; raises if they do not fit."""
+        removed = _distinct(diff.vertices_removed)
+        added = _distinct(id for id, _, _ in diff.vertices_added)
+        _check(removed <= self.vertices.keys(), not (added & self.vertices.keys()) - removed, "vertex")
+        gone = hashes.of_vertices((id, *self.vertices[id]) for id in removed)
+        return hashes.of_vertices(diff.vertices_added) - gone
+
+    def _edges_change(self, diff: Diff) -> int:
+        """What the diff's edges add to the checksum; raises if they do not fit."""
+        removed = _distinct(diff.edges_removed)
+        added = _distinct(diff.edges_added)
+        _check(removed <= self.edges, not (added & self.edges) - removed, "edge")
+        return hashes.of_edges(added) - hashes.of_edges(removed)
+
+    def _critical_change(self, diff: Diff) -> int:
+        """What the diff's critical edges add to the checksum; raises if they do not fit."""
+        removed = _distinct(diff.critical_removed)
+        changed = _distinct((a, b) for a, b, _, _ in diff.critical_set)
+        _check(removed <= self.critical.keys(), True, "critical edge")
+        gone = hashes.of_critical((*edge, *self.critical[edge]) for edge in removed | (changed & self.critical.keys()))
+        return hashes.of_critical(diff.critical_set) - gone
+
+
+def _distinct(items: Iterable[Key]) -> set[Key]:
+    """The items as a set; raises if one comes twice."""
+    listed = list(items)
+    distinct = set(listed)
+    if len(distinct) != len(listed):
+        raise ResyncNeeded("the diff names something twice")
+    return distinct
+
+
+def _check(removed_held: bool, added_new: bool, what: str) -> None:
+    if not removed_held:
+        raise ResyncNeeded(f"the diff removes a {what} that is not held")
+    if not added_new:
+        raise ResyncNeeded(f"the diff adds a {what} that is held already")

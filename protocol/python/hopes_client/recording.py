@@ -1,0 +1,117 @@
+"""Reading recordings: what a daemon sent on one subscription, in a file (section 8 of the specification).
+
+In: a path, or a binary file. Out: an iterator of frames, in the same form as from a daemon.
+Invariants: every frame that is given out was proved by its checksum; a file that ends within a frame gives all frames
+before, and then `truncated` is true.
+"""
+
+from __future__ import annotations
+
+import os
+from types import TracebackType
+from typing import BinaryIO
+
+from .errors import Malformed, ProtocolError
+from .frame import Frame
+from .messages import Elapsed, Message, decode
+from .tracker import Tracker, dots_of
+from .wire import LARGEST_FRAME, Banner, FrameBuffer
+
+_READ_SIZE = 1 << 20
+
+
+class Recording:
+    """An iterator of the frames of a recording. The file is closed at its end, by `close`, or by a `with` block."""
+
+    def __init__(self, file: BinaryIO, largest_frame: int = LARGEST_FRAME) -> None:
+        #: Whether the file ended within a frame. Known when the iteration has ended.
+        self.truncated = False
+        self._file = file
+        self._buffer = FrameBuffer(largest_frame)
+        # A daemon without sockets writes its only stream without announcing it.
+        self._tracker = Tracker(announced=False)
+        self._following: Message | None = None
+        self._elapsed: float | None = None
+        self._broken: ProtocolError | None = None
+        self._version = self._read_banner()
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._file.close()
+
+    def __iter__(self) -> Recording:
+        return self
+
+    def __next__(self) -> Frame:
+        if self._broken is not None:
+            raise self._broken
+        while not self._file.closed:
+            message, self._following = self._following or self._next_message(), None
+            if message is None:
+                break
+            frame = self._tracker.take(message, self._elapsed)
+            if frame is not None:
+                self._add_dots(frame, message)
+                return frame
+        self.close()
+        raise StopIteration
+
+    def __enter__(self) -> Recording:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _read_more(self) -> bool:
+        data = self._file.read(_READ_SIZE)
+        self._buffer.feed(data)
+        return len(data) > 0
+
+    def _read_banner(self) -> int:
+        """The version that the frames are in."""
+        banner = None
+        while banner is None:
+            if not self._read_more():
+                raise Malformed("the file is too short for a banner")
+            banner = self._buffer.next_banner()
+        if banner.lowest != banner.highest:
+            raise Malformed(f"the file is in versions {banner.lowest} to {banner.highest}, which should be one")
+        return Banner().agree(banner)
+
+    def _next_message(self) -> Message | None:
+        """The next message of the subscription; none at the end of the file."""
+        while True:
+            frame = self._buffer.next_frame(self._version)
+            if frame is not None:
+                message = decode(frame.type, frame.body)
+                if not isinstance(message, Elapsed):
+                    assert isinstance(message, Message)
+                    return message
+                self._elapsed = message.nanoseconds / 1e9
+            elif not self._read_more():
+                self.truncated = len(self._buffer) > 0
+                return None
+
+    def _add_dots(self, frame: Frame, message: Message) -> None:
+        """Adds the dots of a frame if they come right after it."""
+        try:
+            self._following = self._next_message()
+        except ProtocolError as error:
+            # All frames before are good: this is for whoever asks for the next one.
+            self._broken = error
+        dots = dots_of(message, self._following)
+        if dots is not None:
+            self._tracker.complete(frame, dots)
+            self._following = None
+
+
+def read_recording(path: str | os.PathLike[str], largest_frame: int = LARGEST_FRAME) -> Recording:
+    """The frames of a recording."""
+    file = open(path, "rb")  # noqa: SIM115 (the recording closes it)
+    try:
+        return Recording(file, largest_frame)
+    except BaseException:
+        file.close()
+        raise

@@ -1,0 +1,1 @@
+"""Tests of hopes_client, with nothing but the standard library."""

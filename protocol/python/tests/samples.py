@@ -1,0 +1,130 @@
+"""One or more messages of every type, and small frames that fit together.
+
+In: nothing. Out: `MESSAGES`, `snapshot`, `diff`, `header`, `checksum`.
+Invariant: `checksum` is the function of the specification, letter by letter, not the one under test.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+
+from hopes_client import messages as m
+from hopes_client.shared import Cause, Cut, DotsWanted, FrameHeader, Policy, Simplify, View, Window
+
+FULL = View(Cut.full(), Simplify.no())
+SIMPLE = View(Cut.derived(1, 1), Simplify.at_scale())
+
+SQUARE = [(0, 0.0, 0.0), (1, 2.0, 0.0), (2, 2.0, 2.0), (3, 0.0, 2.0)]
+SQUARE_EDGES = [(0, 1), (0, 3), (1, 2)]
+SQUARE_CRITICAL = [(2, 3, 1.0, math.sqrt(2))]
+DOT = m.Dot((2, 3), 1.0, math.sqrt(2), (1.0, 1.0), math.sqrt(2))
+
+
+def bits(value: float) -> int:
+    return int(struct.unpack("<Q", struct.pack("<d", value))[0])
+
+
+def h(*words: int) -> int:
+    hash = 0
+    for word in words:
+        z = ((hash ^ word) + 0x9E3779B97F4A7C15) % 2**64
+        z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 % 2**64
+        z = (z ^ z >> 27) * 0x94D049BB133111EB % 2**64
+        hash = z ^ z >> 31
+    return hash
+
+
+def checksum(
+    vertices: list[tuple[int, float, float]],
+    edges: list[tuple[int, int]],
+    critical: list[tuple[int, int, float, float]],
+) -> int:
+    return (
+        sum(h(1, id, bits(x), bits(y)) for id, x, y in vertices)
+        + sum(h(2, a, b) for a, b in edges)
+        + sum(h(3, a, b, bits(birth), bits(death)) for a, b, birth, death in critical)
+    ) % 2**64
+
+
+def header(number: int, view: View = FULL) -> FrameHeader:
+    return FrameHeader(number, number / 2, 4, 4, 0, view, None, None, 1, 1)
+
+
+def snapshot(number: int = 1, stream: int = 9, cause: str = "Start", view: View = FULL) -> m.Snapshot:
+    """The corners of a square."""
+    total = checksum(SQUARE, SQUARE_EDGES, SQUARE_CRITICAL)
+    return m.Snapshot(stream, Cause(cause), header(number, view), SQUARE, SQUARE_EDGES, SQUARE_CRITICAL, total)
+
+
+def diff(number: int = 2, stream: int = 9, view: View = FULL) -> m.Diff:
+    """From `snapshot(number - 1)`: corner 1 goes, corner 4 comes, 2 moves, the critical edge gets another label."""
+    vertices = [(0, 0.0, 0.0), (2, 2.5, 2.0), (3, 0.0, 2.0), (4, 3.0, 0.0)]
+    edges = [(0, 3), (0, 4), (2, 4)]
+    critical = [(2, 3, 1.25, 1.5)]
+    return m.Diff(
+        stream=stream,
+        from_=number - 1,
+        frame=header(number, view),
+        vertices_added=[(2, 2.5, 2.0), (4, 3.0, 0.0)],
+        vertices_removed=[1, 2],
+        edges_added=[(0, 4), (2, 4)],
+        edges_removed=[(0, 1), (1, 2)],
+        critical_set=[(2, 3, 1.25, 1.5)],
+        critical_removed=[],
+        checksum=checksum(vertices, edges, critical),
+    )
+
+
+def dots(frame: int, stream: int = 9) -> m.Dots:
+    return m.Dots(stream, frame, 1, [DOT])
+
+
+def opened(stream: int = 9, name: str = "lidar", epoch: int = 77, frame: int = 0) -> m.StreamOpened:
+    return m.StreamOpened(stream, name, epoch, Window.all(), None, frame)
+
+
+INFO = m.StreamInfo(9, "lidär", 77, Window.time(2.5), 0.125, 300, 70_000, 5_000_000_000, 2, 1)
+BIG = 2**64 - 1
+
+MESSAGES: list[m.Message] = [
+    m.Hello("test", []),
+    m.Hello("test", ["a", "b" * 300]),
+    m.Welcome("hopes 1", [], BIG, 1 << 26, 65_536, 1000, 10_000),
+    m.Ping(251),
+    m.Pong(BIG),
+    m.Goodbye("done", [("lidar", 3), ("", 70_000)]),
+    m.Error(9, 0x0201, "no such view"),
+    m.ListStreams("*"),
+    m.Streams([INFO]),
+    m.GetStatus(),
+    m.Status("hopes 1", 1, 2, 3, 4, 5, 6, [m.StreamStatus(INFO, 1, 2, 3, 4, 5, 6, 7)]),
+    m.Open("lidar", Window.frames(1), 0.5),
+    m.Open("lidar", None, None),
+    m.Opened(9, 77, True, Window.points(1000), None, 0, 4096),
+    m.Batch(1, [(0.0, -0.0), (math.inf, 1e300)], [1.0, 2.0], [250, 251]),
+    m.Batch(2, [], [], []),
+    m.Retract(65_536, [(1.0, 2.0)]),
+    m.Commit(3, 1.5),
+    m.Commit(4, None),
+    m.Close(True),
+    m.Closed(12),
+    m.Accepted(1, 2, [(250, 0), (251, 70_000)]),
+    m.Refused(1, 1, 1, [m.Refusal(1, 1, "not finite")], [(250, 0)]),
+    m.Committed(3, 1),
+    m.Overloaded(1, 100, 200, Policy("DropNewest")),
+    m.Subscribe("li*", SIMPLE, DotsWanted.top(10), None),
+    m.Subscribe("lidar", View(Cut.reduced(1.5), Simplify.below(2.0)), DotsWanted.all(), m.Resume(77, 5)),
+    m.ChangeView(FULL, DotsWanted.no()),
+    m.Unsubscribe(),
+    opened(),
+    m.StreamClosed(9, 5, "ended"),
+    snapshot(),
+    diff(),
+    dots(2),
+    m.Heartbeat(9, 2),
+    m.Lagged(9, 2, 300),
+    m.Resumed(9, 2),
+    m.Unsubscribed(),
+    m.Elapsed(1_500_000_000),
+]

@@ -1,0 +1,68 @@
+//! What a producer or a consumer of a `hopes` daemon needs: bytes in, messages out, and the other way.
+//!
+//! `SPEC.md` beside this crate defines every byte. There is no I/O here: whoever has a socket, a pipe or a file reads bytes, pushes them into a
+//! [`Decoder`] and takes [`Message`]s out of it; what [`encode`] gives is to be written. A [`Mirror`] holds what a consumer knows of a
+//! stream, and proves it.
+//!
+//! ```text
+//! bytes ──▶ Decoder ──▶ (channel, Message) ──▶ Mirror
+//! bytes ◀── encode  ◀── (channel, Message)
+//! ```
+//!
+//! Must not know: sockets, threads, clocks, geometry.
+//!
+//! ```
+//! use hopes_protocol::{Banner, Batch, Decoder, LARGEST_FRAME, Message, VERSION, encode};
+//!
+//! // A client and a daemon agree on a version...
+//! let mut wire = Banner::OURS.encode().to_vec();
+//! let version = Banner::OURS.agree(Banner { lowest: 1, highest: 7 }).expect("both speak version 1");
+//! assert_eq!(version, VERSION);
+//!
+//! // ...and one sends points, which arrive in pieces at the other.
+//! let batch = Batch { sequence: 1, points: vec![(0.0, 0.0), (1.0, 2.0)], times: vec![], tags: vec![] };
+//! wire.extend(encode(version, 1, &Message::from(batch.clone()))?);
+//! let mut decoder = Decoder::new(LARGEST_FRAME);
+//! decoder.push(&wire[..25]);
+//! let banner = decoder.banner()?.expect("it is there as a whole");
+//! decoder.set_version(Banner::OURS.agree(banner)?);
+//! assert!(decoder.frame()?.is_none(), "the frame has only begun");
+//! decoder.push(&wire[25..]);
+//! let frame = decoder.frame()?.expect("now it is there");
+//! assert_eq!((frame.channel, frame.message()?), (1, Message::Batch(batch)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod banner;
+mod checksum;
+mod codec;
+mod consumer;
+mod daemon;
+mod fields;
+mod frame;
+mod message;
+mod mirror;
+mod producer;
+mod types;
+
+pub use banner::{Banner, NoCommonVersion, VERSION};
+pub use checksum::Checksum;
+pub use codec::{BodyError, Shared};
+pub use consumer::{
+    Cause, ChangeView, Diff, Dots, Heartbeat, Lagged, Resume, Resumed, Snapshot, StreamClosed, StreamOpened, Subscribe,
+    Unsubscribe, Unsubscribed,
+};
+pub use daemon::{
+    Elapsed, ErrorCode, Goodbye, Hello, ListStreams, Ping, Pong, Report, Status, StatusWanted, StreamInfo,
+    StreamStatus, Streams, Welcome,
+};
+pub use frame::{Decoder, Frame, FrameError, HEADER, LARGEST_FRAME, header};
+pub use message::{Message, encode, encode_shared};
+pub use mirror::{Mirror, MirrorError, Thing};
+pub use producer::{
+    Accepted, Batch, Close, Closed, Commit, Committed, LISTED_REFUSALS, Open, Opened, Overloaded, Policy, Refusal,
+    RefusalCode, Refused, Retract,
+};
+pub use types::{
+    Critical, Cut, Dot, DotsWanted, Edge, FrameInfo, LONGEST_NAME, Simplify, Vertex, View, Window, is_name, is_pattern,
+};

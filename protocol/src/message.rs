@@ -1,0 +1,111 @@
+//! Which message has which type, and how one becomes bytes.
+//!
+//! In: a [`Message`] and its channel, or a type and a body. Out: a whole frame, or a message. Invariants: types are never given twice, and never to another message. Must not
+//! know: how fields are written.
+
+use crate::codec::{self, BodyError, Shared};
+use crate::consumer::*;
+use crate::daemon::*;
+use crate::frame::header;
+use crate::producer::*;
+
+macro_rules! messages {
+    ($($kind:literal $name:ident($body:ty),)*) => {
+        /// Any message.
+        #[derive(Clone, Debug, PartialEq)]
+        #[allow(missing_docs, reason = "each is documented as the type of its body")]
+        pub enum Message {
+            $($name($body),)*
+        }
+
+        impl Message {
+            /// Type and name of every message.
+            pub const KINDS: &[(u16, &str)] = &[$(($kind, stringify!($name)),)*];
+
+            /// Its type.
+            pub fn kind(&self) -> u16 {
+                match self {
+                    $(Self::$name(_) => $kind,)*
+                }
+            }
+
+            /// Reads the body of a message of a type.
+            ///
+            /// # Errors
+            /// [`BodyError`].
+            pub fn decode(kind: u16, body: &[u8]) -> Result<Self, BodyError> {
+                match kind {
+                    $($kind => codec::decode(kind, body).map(Self::$name),)*
+                    kind => Err(BodyError::UnknownType { kind }),
+                }
+            }
+
+            fn seal(&self) -> Result<Shared, BodyError> {
+                match self {
+                    $(Self::$name(body) => codec::seal($kind, body),)*
+                }
+            }
+        }
+
+        $(impl From<$body> for Message {
+            fn from(body: $body) -> Self {
+                Self::$name(body)
+            }
+        })*
+    };
+}
+
+messages! {
+    0x0001 Hello(Hello),
+    0x0002 Welcome(Welcome),
+    0x0003 Ping(Ping),
+    0x0004 Pong(Pong),
+    0x0005 Goodbye(Goodbye),
+    0x0006 Error(Report),
+    0x0007 ListStreams(ListStreams),
+    0x0008 Streams(Streams),
+    0x0009 GetStatus(StatusWanted),
+    0x000A Status(Status),
+    0x0101 Open(Open),
+    0x0102 Opened(Opened),
+    0x0103 Batch(Batch),
+    0x0104 Retract(Retract),
+    0x0105 Commit(Commit),
+    0x0106 Close(Close),
+    0x0107 Closed(Closed),
+    0x0108 Accepted(Accepted),
+    0x0109 Refused(Refused),
+    0x010A Committed(Committed),
+    0x010B Overloaded(Overloaded),
+    0x0201 Subscribe(Subscribe),
+    0x0202 ChangeView(ChangeView),
+    0x0203 Unsubscribe(Unsubscribe),
+    0x0204 StreamOpened(StreamOpened),
+    0x0205 StreamClosed(StreamClosed),
+    0x0206 Snapshot(Snapshot),
+    0x0207 Diff(Diff),
+    0x0208 Dots(Dots),
+    0x0209 Heartbeat(Heartbeat),
+    0x020A Lagged(Lagged),
+    0x020B Resumed(Resumed),
+    0x020C Unsubscribed(Unsubscribed),
+    0x0F01 Elapsed(Elapsed),
+}
+
+/// The whole frame of a message.
+///
+/// # Errors
+/// [`BodyError::TooLong`]: it has more than 4 GiB.
+pub fn encode(version: u16, channel: u32, message: &Message) -> Result<Vec<u8>, BodyError> {
+    let shared = message.seal()?;
+    let header = header(version, shared.kind, channel, shared.length);
+    Ok([&header, &*shared.bytes].concat())
+}
+
+/// A message to be sent to many, on a channel of each one's own: after [`header`] with its type and length its bytes follow.
+///
+/// # Errors
+/// [`BodyError::TooLong`]: it has more than 4 GiB.
+pub fn encode_shared(message: &Message) -> Result<Shared, BodyError> {
+    message.seal()
+}

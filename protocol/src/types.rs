@@ -1,0 +1,122 @@
+//! Types that messages share (SPEC.md, section 4).
+//!
+//! Invariants: a released type is never changed, and cases of a choice are never put in another order: their order is the format. Must not know: bytes.
+
+use serde::{Deserialize, Serialize};
+
+/// The longest name of a stream, in bytes.
+pub const LONGEST_NAME: usize = 200;
+
+/// Whether a stream may have this name: 1 to 200 bytes, no control character, no `*`.
+pub fn is_name(name: &str) -> bool {
+    is_pattern(name) && !name.contains('*')
+}
+
+/// Whether streams may be asked for by this pattern: a name in which `*` stands for any run of characters.
+pub fn is_pattern(pattern: &str) -> bool {
+    (1..=LONGEST_NAME).contains(&pattern.len()) && !pattern.contains(|character: char| character.is_control())
+}
+
+/// Which points of a stream stay.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Window {
+    /// All.
+    All,
+    /// The last so many.
+    Points(u64),
+    /// Those of the last so many frames.
+    Frames(u64),
+    /// Those of the last so much event time.
+    Time(f64),
+}
+
+/// Which part of the skeleton is asked for. Scales are radii.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Cut {
+    /// HoPeS(C).
+    Full,
+    /// HoPeS(C; alpha).
+    Reduced(f64),
+    /// HoPeS_{k,l}(C).
+    Derived(u32, u32),
+}
+
+/// Whether the part asked for is simplified.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Simplify {
+    /// It is not.
+    No,
+    /// Edges shorter than the cut's own scale are collapsed: alpha, or vs.
+    AtScale,
+    /// Edges of half-length below this are collapsed.
+    Below(f64),
+}
+
+/// What a consumer sees.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct View {
+    /// The part.
+    pub cut: Cut,
+    /// And how it is drawn together.
+    pub simplify: Simplify,
+}
+
+/// How much of the persistence diagram a consumer sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum DotsWanted {
+    /// Nothing.
+    No,
+    /// The most persistent so many.
+    Top(u32),
+    /// Everything.
+    All,
+}
+
+/// A distinct position: id, x, y.
+pub type Vertex = (u64, f64, f64);
+
+/// An edge by the ids of its ends, the smaller first.
+pub type Edge = (u64, u64);
+
+/// A critical edge: its ends, birth, death.
+pub type Critical = (u64, u64, f64, f64);
+
+/// What is said of a frame as a whole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameInfo {
+    /// Counts the stream's commits, from 1.
+    pub number: u64,
+    /// The commit's, else the newest event time.
+    pub time: Option<f64>,
+    /// Points in the window.
+    pub points: u64,
+    /// Distinct positions.
+    pub vertices: u64,
+    /// Points refused since the frame before.
+    pub rejected: u64,
+    /// What is shown.
+    pub view: View,
+    /// Smallest persistence selected; none if infinite, or if the view is not derived.
+    pub ds: Option<f64>,
+    /// Largest birth selected; none if infinite, or if the view is not derived.
+    pub vs: Option<f64>,
+    /// Connected components shown.
+    pub components: u64,
+    /// Independent cycles shown.
+    pub cycles: u64,
+}
+
+/// A dot of the persistence diagram, with its hole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Dot {
+    /// The critical edge.
+    pub edge: Edge,
+    /// Half its length.
+    pub birth: f64,
+    /// The scale at which the hole is filled.
+    pub death: f64,
+    /// Where the hole is filled.
+    pub center: (f64, f64),
+    /// From there to the nearest points.
+    pub radius: f64,
+}

@@ -1,0 +1,373 @@
+//! Version 1 is frozen: the types of the wire are what they were, and SPEC.md says what they are.
+//!
+//! In: the sources of the wire types, SPEC.md and samples. Out: whether a fingerprint of the definitions is still the one in SPEC.md, and whether every message, field and case stands there.
+//! Invariants: comments, layout and the order of definitions do not count; names, types and the order of fields and cases do. Must not know: bytes, which the vectors hold still.
+
+mod samples;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use hopes_protocol::Message;
+
+const SPEC: &str = include_str!("../SPEC.md");
+
+const SOURCES: [&str; 5] = [
+    include_str!("../src/types.rs"),
+    include_str!("../src/daemon.rs"),
+    include_str!("../src/producer.rs"),
+    include_str!("../src/consumer.rs"),
+    include_str!("../src/message.rs"),
+];
+
+// ---- definitions, out of the sources
+
+/// What counts of a source: no comments, no attributes but serde's, no layout.
+fn essence(source: &str) -> String {
+    let code: String =
+        source.lines().map(|line| line.split("//").next().unwrap_or_default().to_owned() + "\n").collect();
+    let mut kept = without_attributes(&code).split_whitespace().collect::<Vec<_>>().join(" ");
+    for mark in ["{", "}", "(", ")", "[", "]", "<", ">", ",", ":", ";", "=", "!", "#", "&", "|"] {
+        kept = kept.replace(&format!(" {mark}"), mark).replace(&format!("{mark} "), mark);
+    }
+    ["}", ")", ">"].iter().fold(kept, |kept, end| kept.replace(&format!(",{end}"), end))
+}
+
+fn without_attributes(code: &str) -> String {
+    let mut kept = String::new();
+    let mut rest = code;
+    while let Some(start) = rest.find("#[") {
+        let length = closing(&rest[start + 1..]);
+        let (before, attribute) = rest[..start + 1 + length].split_at(start);
+        kept += before;
+        // These change bytes or JSON; `derive` and documentation do not.
+        if attribute.contains("serde(") {
+            kept += attribute;
+        }
+        rest = &rest[start + 1 + length..];
+    }
+    kept + rest
+}
+
+/// Length of the brackets that a text begins with.
+fn closing(text: &str) -> usize {
+    let mut depth = 0;
+    for (at, mark) in text.char_indices() {
+        match mark {
+            '{' | '[' | '(' => depth += 1,
+            '}' | ']' | ')' => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            return at + mark.len_utf8();
+        }
+    }
+    panic!("brackets are not closed: {text}")
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Struct,
+    Enum,
+    Alias,
+    Table,
+}
+
+struct Definition {
+    kind: Kind,
+    name: String,
+    /// Everything after the name.
+    body: String,
+    /// All of it.
+    text: String,
+}
+
+/// Definitions in the essence of a source.
+fn definitions(essence: &str) -> Vec<Definition> {
+    let mut found = Vec::new();
+    let mut rest = essence;
+    // Whatever is within a pair of braces is passed over as a whole: a macro's own definitions are no types.
+    while let Some(open) = rest.find(['{', ';']) {
+        let end = if rest[open..].starts_with(';') { open + 1 } else { open + closing(&rest[open..]) };
+        found.extend(definition(&rest[..open], &rest[open..end]));
+        rest = &rest[end..];
+    }
+    found
+}
+
+fn definition(head: &str, body: &str) -> Option<Definition> {
+    let named = |kind, mark| head.split_once(mark).map(|(_, name): (&str, &str)| (kind, name, body));
+    let alias = || head.split_once("pub type ")?.1.split_once('=').map(|(name, body)| (Kind::Alias, name, body));
+    let table = || (head == "messages!").then_some((Kind::Table, head, body));
+    let found = named(Kind::Struct, "pub struct ").or_else(|| named(Kind::Enum, "pub enum "));
+    let (kind, name, body) = found.or_else(alias).or_else(table)?;
+    Some(Definition { kind, name: name.to_owned(), body: body.to_owned(), text: format!("{head}{body}") })
+}
+
+fn all_definitions() -> Vec<Definition> {
+    SOURCES.iter().flat_map(|source| definitions(&essence(source))).collect()
+}
+
+/// Those of a kind: name and body.
+fn all(kind: Kind) -> BTreeMap<String, String> {
+    let of_kind = all_definitions().into_iter().filter(|definition| definition.kind == kind);
+    of_kind.map(|definition| (definition.name, definition.body)).collect()
+}
+
+/// FNV-1a of all definitions, whatever their order.
+fn fingerprint(sources: &[&str]) -> u64 {
+    let found = sources.iter().flat_map(|source| definitions(&essence(source)));
+    let lines: BTreeSet<String> = found.map(|definition| definition.text + "\n").collect();
+    let bytes = lines.iter().flat_map(|line| line.bytes());
+    bytes.fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3))
+}
+
+#[test]
+fn the_wire_types_of_version_1_are_what_they_were() {
+    let found = format!("Fingerprint of the wire types of version 1: `{:016x}`.", fingerprint(&SOURCES));
+    assert!(
+        SPEC.trim_end().lines().next_back() == Some(&found),
+        "\nThe definitions of the wire types are not those of version 1.\n\
+         If version 1 is released, undo the change: a released version is never changed. What is new belongs to a new version: a number in \
+         src/banner.rs, types and a table of messages of its own, a section in SPEC.md, a folder vectors/v2, and a fingerprint of its own here.\n\
+         If it is not released yet, or only the Rust name of something has changed that is on no wire: say so in SPEC.md, \
+         and let its last line be\n\n{found}\n"
+    );
+}
+
+#[test]
+fn comments_and_layout_do_not_change_the_fingerprint() {
+    let plain = "pub struct A { pub a: u64, pub b: Vec<(u64, f64)> } pub enum B { C, D(u64) }";
+    let other = "//! Header.\n/// Doc, with {.\n#[derive(Clone, Debug)]\npub enum B {\n    /// [C].\n    C, // c\n    D(\n u64,\n ),\n}\n\n\
+                 fn helper() { let x = 1; }\n#[derive(Copy)]\npub struct A {\n    pub a: u64,\n    pub b: Vec<(u64, f64)>,\n}\n";
+    assert_eq!(fingerprint(&[plain]), fingerprint(&[other]));
+}
+
+#[test]
+fn whatever_bytes_or_json_depend_on_changes_the_fingerprint() {
+    let source = "pub struct A { pub a: u64, pub b: u64 } pub enum B { C, D(u64) } #[repr(u16)] pub enum E { F = 1 } \
+                  pub type G = (u64, f64); messages! { 0x0001 A(A), }";
+    let changes = [
+        ("pub a: u64, pub b: u64", "pub b: u64, pub a: u64"),
+        ("pub a: u64", "pub a: u32"),
+        ("pub a: u64", "pub z: u64"),
+        ("pub a: u64", "pub a: u64, pub c: bool"),
+        ("pub a", "#[serde(skip)] pub a"),
+        ("pub struct", "#[serde(transparent)] pub struct"),
+        ("C, D(u64)", "D(u64), C"),
+        ("D(u64)", "D(f64)"),
+        ("F = 1", "F = 2"),
+        ("(u64, f64)", "(f64, u64)"),
+        ("0x0001", "0x0002"),
+    ];
+    for (from, to) in changes {
+        let changed = source.replacen(from, to, 1);
+        assert_ne!(source, changed, "{from} stands in the source");
+        assert_ne!(fingerprint(&[source]), fingerprint(&[&changed]), "{from} -> {to}");
+    }
+}
+
+// ---- what SPEC.md says of them
+
+/// Number, name and body of a message as SPEC.md has it.
+type Row = (u16, String, String);
+
+/// The rows of its tables, and the one message that is in none.
+fn rows() -> Vec<Row> {
+    let in_tables = SPEC.lines().filter(|line| line.starts_with("| 0x")).map(row);
+    let elapsed = between(SPEC, "`Elapsed` (", ", channel 0)");
+    let (number, body) = elapsed.split_once(", ").expect("number and body");
+    in_tables.chain([(hexadecimal(number), "Elapsed".to_owned(), body.replace('`', ""))]).collect()
+}
+
+fn row(line: &str) -> Row {
+    let cells: Vec<String> = line.trim_matches('|').split('|').map(|cell| cell.trim().replace('`', "")).collect();
+    let body = cells.last().expect("it has cells").clone();
+    (hexadecimal(&cells[0]), cells[1].clone(), body)
+}
+
+fn hexadecimal(number: &str) -> u16 {
+    u16::from_str_radix(number.trim_start_matches("0x"), 16).expect("a number like 0x0103")
+}
+
+/// What stands between two texts, on one line.
+fn between<'a>(text: &'a str, before: &str, after: &str) -> &'a str {
+    let start = text.find(before).unwrap_or_else(|| panic!("SPEC.md has no `{before}`")) + before.len();
+    let end = text[start..].find(after).unwrap_or_else(|| panic!("nothing ends `{before}`"));
+    &text[start..start + end]
+}
+
+/// Parts between commas that stand in no brackets.
+fn parts(list: &str) -> Vec<String> {
+    let mut depth = 0;
+    let mut parts = vec![String::new()];
+    for mark in list.chars() {
+        match mark {
+            '{' | '[' | '(' | '<' => depth += 1,
+            '}' | ']' | ')' | '>' => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 && mark == ',' {
+            parts.push(String::new());
+        } else if let Some(part) = parts.last_mut() {
+            part.push(mark);
+        }
+    }
+    let parts = parts.into_iter().map(|part| part.trim().to_owned());
+    parts.filter(|part| !part.is_empty()).collect()
+}
+
+/// Names and types of the fields in braces, in the words of SPEC.md, without the names that it gives to the parts of a pair.
+fn fields(body: &str, wording: fn(&str) -> String) -> Vec<(String, String)> {
+    let list = body.strip_prefix('{').and_then(|body| body.strip_suffix('}')).expect("fields stand in braces");
+    let field = |field: String| {
+        let (name, kind) = field.split_once(':').expect("name and type");
+        (name.trim_start_matches("pub ").to_owned(), wording(kind.trim()))
+    };
+    parts(list).into_iter().map(field).collect()
+}
+
+/// A type of SPEC.md without the names of the parts of a pair.
+fn spec_type(text: &str) -> String {
+    if let Some(inner) = text.strip_suffix('?') {
+        format!("{}?", spec_type(inner))
+    } else if let Some(inner) = text.strip_prefix('[') {
+        format!("[{}]", spec_type(inner.strip_suffix(']').expect("it is closed")))
+    } else if let Some(inner) = text.strip_prefix('(') {
+        let unnamed = |part: String| spec_type(part.split_once(": ").map_or(part.as_str(), |(_, kind)| kind));
+        format!(
+            "({})",
+            parts(inner.strip_suffix(')').expect("it is closed"))
+                .into_iter()
+                .map(unnamed)
+                .collect::<Vec<_>>()
+                .join(",")
+        )
+    } else {
+        text.to_owned()
+    }
+}
+
+/// A type of Rust in the words of SPEC.md.
+fn rust_type(text: &str) -> String {
+    let generic = |name: &str| text.strip_prefix(name)?.strip_prefix('<')?.strip_suffix('>');
+    if let Some(inner) = generic("Option") {
+        format!("{}?", rust_type(inner))
+    } else if let Some(inner) = generic("Vec") {
+        format!("[{}]", rust_type(inner))
+    } else if let Some(inner) = text.strip_prefix('(').and_then(|text| text.strip_suffix(')')) {
+        format!("({})", parts(inner).iter().map(|part| rust_type(part)).collect::<Vec<_>>().join(","))
+    } else {
+        match text {
+            "String" => "string".to_owned(),
+            "FrameInfo" => "Frame".to_owned(),
+            text => text.to_owned(),
+        }
+    }
+}
+
+#[test]
+fn the_spec_lists_every_message() {
+    let rows = rows();
+    let listed: Vec<(u16, &str)> = rows.iter().map(|(number, name, _)| (*number, name.as_str())).collect();
+    assert_eq!(listed, Message::KINDS);
+}
+
+#[test]
+fn the_spec_lists_the_fields_of_every_sample() {
+    let rows: BTreeMap<u16, Row> = rows().into_iter().map(|row| (row.0, row)).collect();
+    for sample in samples::all() {
+        let (_, name, body) = &rows[&sample.message.kind()];
+        let listed: Vec<String> = fields(body, spec_type).into_iter().map(|(name, _)| name).collect();
+        let json = samples::json::of(sample.channel, &sample.message);
+        assert_eq!(json_fields(&json), listed, "{name}, {}", sample.name);
+    }
+}
+
+/// The fields of the body in pretty JSON: those that stand four deep.
+fn json_fields(json: &str) -> Vec<String> {
+    let names = json.lines().filter_map(|line| line.strip_prefix("    \"")?.split_once('"'));
+    names.map(|(name, _)| name.to_owned()).collect()
+}
+
+/// The table of messages as the source has it: name on the wire to type of the body.
+fn bodies() -> BTreeMap<String, String> {
+    let entry = |entry: String| {
+        let (_, message) = entry.split_once(' ').expect("number and message");
+        let (name, body) = message.trim_end_matches(')').split_once('(').expect("name and body");
+        (name.to_owned(), body.to_owned())
+    };
+    inner(&all(Kind::Table)["messages!"]).into_iter().map(entry).collect()
+}
+
+/// What stands between braces.
+fn inner(body: &str) -> Vec<String> {
+    parts(&body[1..body.len() - 1])
+}
+
+#[test]
+fn the_spec_has_the_types_of_all_fields() {
+    let bodies = bodies();
+    let of_message: BTreeMap<&String, String> =
+        rows().into_iter().map(|(_, name, body)| (&bodies[&name], body)).collect();
+    let structs = all(Kind::Struct);
+    assert_eq!(structs.len(), of_message.len() + 7, "so many are no messages");
+    for (name, body) in structs {
+        let listed = of_message.get(&name).cloned().unwrap_or_else(|| shared(&rust_type(&name), "{"));
+        assert_eq!(fields(&body, rust_type), fields(&listed, spec_type), "{name}");
+    }
+    let aliases = all(Kind::Alias);
+    assert_eq!(aliases.len(), 3);
+    for (name, alias) in aliases {
+        assert_eq!(rust_type(&alias), spec_type(&shared(&name, "(")), "{name}");
+    }
+}
+
+/// The definition of a type that is no message, in a table or in a sentence.
+fn shared(name: &str, opening: &str) -> String {
+    let spec = SPEC.split_whitespace().collect::<Vec<_>>().join(" ");
+    let starts = [format!("| `{name}` | `{opening}"), format!("`{name}` is `{opening}")];
+    let start = starts.iter().find(|start| spec.contains(*start)).unwrap_or_else(|| panic!("SPEC.md has no `{name}`"));
+    format!("{opening}{}", between(&spec, start, "`"))
+}
+
+#[test]
+fn the_spec_has_every_case_of_every_choice() {
+    let mut choices = all(Kind::Enum);
+    // Those with numbers of their own are codes.
+    choices.retain(|_, body| !body.contains('='));
+    assert_eq!(choices.len(), 6);
+    for (name, body) in choices {
+        assert_eq!(spec_cases(&name), inner(&body), "{name}");
+    }
+}
+
+/// The cases that SPEC.md lists of a choice, whose numbers count from 0.
+fn spec_cases(name: &str) -> Vec<String> {
+    let spec = SPEC.split_whitespace().collect::<Vec<_>>().join(" ");
+    let quoted = format!("`{name}`");
+    let named = spec.match_indices(&quoted).map(|(at, text)| &spec[at + text.len()..]);
+    let mut lists = named.filter_map(|after| after.split_once("one of:").filter(|(words, _)| !words.contains('`')));
+    let (_, list) = lists.next().unwrap_or_else(|| panic!("SPEC.md has no cases of `{name}`"));
+    let list = list.split(" |").next().and_then(|list| list.split(" * ").next()).expect("a list begins");
+    let pieces: Vec<&str> = list.split('`').collect();
+    let mut cases: Vec<String> = Vec::new();
+    for pair in pieces.chunks_exact(2) {
+        if pair[0].ends_with(&format!(" {} ", cases.len())) {
+            cases.push(pair[1].replace(' ', ""));
+        }
+    }
+    cases
+}
+
+/// Numbers that the text gives to codes: none may be missing there.
+#[test]
+fn the_spec_names_every_code() {
+    let lists = [("ErrorCode", "Codes: ", "Others may come"), ("RefusalCode", "place in the batch; ", "`Policy`")];
+    let spec = SPEC.split_whitespace().collect::<Vec<_>>().join(" ");
+    for (name, before, after) in lists {
+        let listed = between(&spec, before, after).split("; ").filter_map(|code| code.split(' ').next()?.parse().ok());
+        let cases = inner(&all(Kind::Enum)[name]);
+        let number = |case: &String| case.split_once('=').expect("it has a number").1.parse().expect("it is one");
+        assert_eq!(listed.collect::<Vec<u16>>(), cases.iter().map(number).collect::<Vec<u16>>(), "{name}");
+    }
+}

@@ -1,0 +1,402 @@
+//! Bytes as an enemy, a bad line or a program gone wrong sends them: the decoder refuses them by name, and neither panics nor takes memory that was only announced.
+//!
+//! In: random bytes, and samples with bits flipped, cut off, spliced and with other lengths. Out: whether errors are of the right class. Invariants: what is random is the same at every run. Must
+//! not know: how bodies are written, but that 253 marks a number of eight bytes.
+
+mod samples;
+
+use hopes_protocol::{Banner, BodyError, Decoder, Frame, FrameError, HEADER, LARGEST_FRAME, Message, encode, header};
+use samples::bad::{frame as sealed, long};
+use samples::random::Random;
+
+/// What a decoder says of bytes that come at once.
+fn read(bytes: &[u8]) -> Result<Option<Frame>, FrameError> {
+    let mut decoder = Decoder::new(LARGEST_FRAME);
+    decoder.push(bytes);
+    decoder.frame()
+}
+
+/// All samples as whole frames.
+fn frames() -> Vec<Vec<u8>> {
+    let encoded = |sample: samples::Sample| encode(1, sample.channel, &sample.message).expect("it is short");
+    samples::all().into_iter().map(encoded).collect()
+}
+
+/// All samples as types and bodies.
+fn bodies() -> Vec<(u16, Vec<u8>)> {
+    let read = |bytes: Vec<u8>| read(&bytes).expect("it is right").expect("it is whole");
+    frames().into_iter().map(read).map(|frame| (frame.kind, frame.body)).collect()
+}
+
+/// Reads a body that may be anything. What can be read comes out the same when it is written and read again; all else is refused by name.
+fn read_body(kind: u16, body: &[u8]) -> bool {
+    match Message::decode(kind, body) {
+        Ok(message) => {
+            let written = encode(1, 7, &message).expect("it is short");
+            let again = read(&written).expect("it is right").expect("it is whole").message().expect("it can be read");
+            // By its bytes, since NaN differs from itself.
+            assert_eq!(encode(1, 7, &again).expect("it is short"), written);
+            assert!(written.len() <= HEADER + body.len() + 4, "{kind:#06x} {body:?}");
+            true
+        }
+        Err(BodyError::Malformed { kind: told, reason }) => {
+            assert!(told == kind && !reason.is_empty());
+            false
+        }
+        Err(BodyError::TrailingBytes { kind: told, extra }) => {
+            assert!(told == kind && (1..=body.len()).contains(&extra));
+            Message::decode(kind, &body[..body.len() - extra]).expect("the bytes before are a body");
+            false
+        }
+        Err(error) => panic!("{kind:#06x} is known, and its body short: {error}"),
+    }
+}
+
+#[test]
+fn random_bytes_are_no_frames() {
+    let mut random = Random::new(1);
+    for round in 0..200_000 {
+        let count = random.below(64);
+        let bytes = random.bytes(count);
+        let is_refused = matches!(read(&bytes), Err(FrameError::Malformed(_)));
+        assert_eq!(is_refused, count >= HEADER, "round {round}: {bytes:?}");
+        let is_banner_begun = b"HOPES\r\n\x1a".starts_with(&bytes);
+        let decoded = Banner::decode(&bytes);
+        assert_eq!(matches!(decoded, Err(FrameError::Incomplete { .. })), is_banner_begun, "round {round}: {bytes:?}");
+        assert!(decoded.is_err(), "round {round}: {bytes:?}");
+    }
+}
+
+#[test]
+fn random_bodies_are_read_or_refused() {
+    let mut random = Random::new(2);
+    let mut readable = 0;
+    for _ in 0..600_000 {
+        let &(kind, _) = random.pick(Message::KINDS);
+        let count = random.below(80);
+        readable += usize::from(read_body(kind, &random.bytes(count)));
+    }
+    assert!(readable > 100, "only {readable} were readable: random bodies test nothing else");
+}
+
+#[test]
+fn unknown_types_are_refused_whatever_their_body() {
+    let mut random = Random::new(3);
+    for kind in 0..=u16::MAX {
+        if Message::KINDS.iter().all(|&(known, _)| known != kind) {
+            let count = random.below(16);
+            assert_eq!(Message::decode(kind, &random.bytes(count)), Err(BodyError::UnknownType { kind }));
+        }
+    }
+}
+
+#[test]
+fn a_body_cut_off_anywhere_is_refused() {
+    for (kind, body) in bodies() {
+        for length in 0..body.len() {
+            let read = Message::decode(kind, &body[..length]);
+            assert!(matches!(read, Err(BodyError::Malformed { .. })), "{kind:#06x} cut after {length}: {read:?}");
+        }
+    }
+}
+
+#[test]
+fn a_body_that_goes_on_is_refused() {
+    let mut random = Random::new(4);
+    for (kind, body) in bodies() {
+        for extra in 1..20 {
+            let longer = [body.clone(), random.bytes(extra)].concat();
+            assert_eq!(Message::decode(kind, &longer), Err(BodyError::TrailingBytes { kind, extra }));
+        }
+    }
+}
+
+/// A body with something wrong, or another one by chance.
+fn mutated(random: &mut Random, bodies: &[(u16, Vec<u8>)]) -> (u16, Vec<u8>) {
+    let (kind, mut body) = random.pick(bodies).clone();
+    for _ in 0..=random.below(3) {
+        let at = random.below(body.len() + 1);
+        match random.below(5) {
+            0 if at < body.len() => body[at] ^= 1 << random.below(8),
+            1 => body.truncate(at),
+            2 => {
+                let (_, other) = random.pick(bodies);
+                body.truncate(at);
+                body.extend(&other[random.below(other.len() + 1)..]);
+            }
+            3 => drop(body.splice(at..at, long(1 << random.below(64)))),
+            _ => {
+                let count = random.below(4);
+                let end = (at + random.below(4)).min(body.len());
+                drop(body.splice(at..end, random.bytes(count)));
+            }
+        }
+    }
+    (kind, body)
+}
+
+#[test]
+fn mutated_bodies_are_read_or_refused() {
+    let (mut random, bodies) = (Random::new(5), bodies());
+    let mut readable = 0;
+    for _ in 0..400_000 {
+        let (kind, body) = mutated(&mut random, &bodies);
+        readable += usize::from(read_body(kind, &body));
+    }
+    assert!((10_000..390_000).contains(&readable), "{readable} were readable: mutations are too weak, or too strong");
+}
+
+/// In frames of this size CRC-32C finds any three wrong bits.
+#[test]
+fn no_flipped_bit_goes_unseen() {
+    let mut random = Random::new(6);
+    for frame in frames().into_iter().filter(|frame| frame.len() < 600) {
+        for bit in 0..frame.len() * 8 {
+            let mut broken = frame.clone();
+            for bit in [bit, bit + 1 + random.below(9), random.below(frame.len() * 8)].iter().take(1 + random.below(3))
+            {
+                broken[(bit / 8) % frame.len()] ^= 1 << (bit % 8);
+            }
+            if broken != frame {
+                assert!(matches!(read(&broken), Err(FrameError::Malformed(_))), "bit {bit} of {frame:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_frame_cut_off_anywhere_is_waited_for() {
+    for bytes in frames() {
+        let whole = read(&bytes);
+        for length in 0..bytes.len() {
+            let mut decoder = Decoder::new(LARGEST_FRAME);
+            decoder.push(&bytes[..length]);
+            assert_eq!((decoder.frame(), decoder.is_within_frame()), (Ok(None), length > 0));
+            decoder.push(&bytes[length..]);
+            assert_eq!((decoder.frame(), decoder.is_within_frame()), (whole.clone(), false));
+        }
+    }
+}
+
+/// The CRC of a body does not know its header: a splice exactly between them is a frame, with the header of one and the body of another.
+#[test]
+fn spliced_frames_are_refused() {
+    let (mut random, frames) = (Random::new(7), frames());
+    let mut refused = 0;
+    for _ in 0..200_000 {
+        let (first, second) = (random.pick(&frames), random.pick(&frames));
+        let (cut, rest) = (random.below(first.len()), random.below(second.len()));
+        let spliced = [&first[..cut], &second[rest..]].concat();
+        match read(&spliced) {
+            Ok(None) => {
+                assert!(spliced.len() < HEADER || spliced[..HEADER] == first[..HEADER], "it waits for the first")
+            }
+            Ok(Some(frame)) => assert_of_either(&frame, first, second),
+            Err(FrameError::Malformed(_)) => refused += 1,
+            Err(error) => panic!("the CRC comes first: {error}"),
+        }
+    }
+    assert!(refused > 100_000, "only {refused} were refused");
+}
+
+fn assert_of_either(frame: &Frame, first: &[u8], second: &[u8]) {
+    let either = [first, second].map(|bytes| read(bytes).expect("it is right").expect("it is whole"));
+    let has_header = |of: &Frame| (of.channel, of.kind) == (frame.channel, frame.kind);
+    assert!(either.iter().any(has_header), "{frame:?}");
+    // Four zeros anywhere are the CRC of nothing.
+    assert!(frame.body.is_empty() || either.iter().any(|of| of.body == frame.body), "{frame:?}");
+}
+
+/// Everything that a decoder finds in a stream, and where.
+fn stream(pieces: &mut dyn Iterator<Item = &[u8]>) -> (Option<Banner>, Vec<(u64, Frame)>) {
+    let mut decoder = Decoder::new(LARGEST_FRAME);
+    let (mut banner, mut frames) = (None, Vec::new());
+    for piece in pieces {
+        decoder.push(piece);
+        if banner.is_none() {
+            banner = decoder.banner().expect("it is right");
+        }
+        let mut at = decoder.offset();
+        while let Some(frame) = banner.and_then(|_| decoder.frame().expect("it is right")) {
+            frames.push((at, frame));
+            at = decoder.offset();
+        }
+    }
+    assert!(!decoder.is_within_frame());
+    (banner, frames)
+}
+
+/// A stream in pieces of random sizes up to this one.
+fn pieces<'a>(bytes: &'a [u8], largest: usize, random: &mut Random) -> Vec<&'a [u8]> {
+    let (mut pieces, mut rest) = (Vec::new(), bytes);
+    while !rest.is_empty() {
+        let (piece, after) = rest.split_at((1 + random.below(largest)).min(rest.len()));
+        pieces.push(piece);
+        rest = after;
+    }
+    pieces
+}
+
+#[test]
+fn pieces_of_any_size_make_the_same_frames() {
+    let frames = frames();
+    let bytes = [Banner::OURS.encode().to_vec(), frames.concat()].concat();
+    let at_once = stream(&mut [&bytes[..]].into_iter());
+    let mut offset = Banner::LENGTH;
+    for (frame, (at, found)) in frames.iter().zip(&at_once.1) {
+        assert_eq!((read(frame), *at), (Ok(Some(found.clone())), offset as u64));
+        offset += frame.len();
+    }
+    assert_eq!((at_once.0, at_once.1.len()), (Some(Banner::OURS), frames.len()));
+    assert_eq!(stream(&mut bytes.chunks(1)), at_once, "byte by byte");
+    let mut random = Random::new(8);
+    for round in 0..120 {
+        let largest = 1 << (1 + round % 12);
+        let pieces = pieces(&bytes, largest, &mut random);
+        assert_eq!(stream(&mut pieces.into_iter()), at_once, "in pieces of up to {largest}");
+    }
+}
+
+#[test]
+fn lengths_are_held_against_the_cap_before_the_body_comes() {
+    let mut random = Random::new(9);
+    for _ in 0..100_000 {
+        let (length, largest) = (random.word() as u32 >> random.below(32), random.word() as u32 >> random.below(32));
+        let mut decoder = Decoder::new(largest);
+        decoder.push(&header(1, 0x0103, 7, length));
+        let expected = if length > largest { Err(FrameError::TooLarge { length, largest }) } else { Ok(None) };
+        assert_eq!(decoder.frame(), expected);
+    }
+}
+
+#[test]
+fn frames_as_large_as_the_cap_are_taken() {
+    let bytes = sealed(0x0103, &[7; 1000]);
+    for (largest, is_taken) in [(999, false), (1000, true), (1001, true)] {
+        let mut decoder = Decoder::new(largest);
+        decoder.push(&bytes);
+        assert_eq!(matches!(decoder.frame(), Ok(Some(_))), is_taken, "{largest}");
+    }
+}
+
+#[test]
+fn other_versions_are_refused_whatever_their_length() {
+    for agreed in [1, 2, 513] {
+        for found in (0..1_000).chain([0xFF00, u16::MAX]) {
+            let mut decoder = Decoder::new(16);
+            decoder.set_version(agreed);
+            decoder.push(&header(found, 0x0103, 7, u32::from(found)));
+            let version = Err(FrameError::UnsupportedVersion { found, agreed });
+            let length = u32::from(found);
+            let right = if length > 16 { Err(FrameError::TooLarge { length, largest: 16 }) } else { Ok(None) };
+            assert_eq!(decoder.frame(), if found == agreed { right } else { version });
+        }
+    }
+}
+
+#[test]
+fn after_an_error_the_stream_is_lost() {
+    let good = sealed(0x0003, &[7]);
+    for bad in samples::bad::all()
+        .into_iter()
+        .filter(|bad| ![samples::bad::BODY, samples::bad::INCOMPLETE].contains(&bad.refusal.error.as_str()))
+    {
+        let mut decoder = Decoder::new(LARGEST_FRAME);
+        decoder.push(&good);
+        decoder.push(&bad.bytes);
+        assert!(matches!(decoder.frame(), Ok(Some(_))), "what came before is good");
+        let error = decoder.frame().expect_err(bad.name);
+        decoder.push(&good);
+        assert_eq!((decoder.frame(), decoder.offset()), (Err(error), good.len() as u64), "{}", bad.name);
+    }
+}
+
+#[test]
+fn after_a_body_that_cannot_be_read_the_stream_goes_on() {
+    let good = sealed(0x0003, &[7]);
+    for bad in samples::bad::all().into_iter().filter(|bad| bad.refusal.error == samples::bad::BODY) {
+        let mut decoder = Decoder::new(LARGEST_FRAME);
+        decoder.push(&[bad.bytes, good.clone()].concat());
+        let frame = decoder.frame().expect("the frame is right").expect("it is whole");
+        assert!(frame.message().is_err(), "{}", bad.name);
+        let next = decoder.frame().expect("the next is right").expect("it is there");
+        assert_eq!(next.message(), Ok(hopes_protocol::Ping { token: 7 }.into()), "{}", bad.name);
+    }
+}
+
+/// Memory is measured in a process of its own, one test alone, and its allocator told to take what is large from the system and give it back at once.
+/// (A counting allocator would need `unsafe`, which this workspace forbids.)
+#[cfg(target_os = "linux")]
+mod memory {
+    use std::hint::black_box;
+    use std::process::Command;
+
+    use super::*;
+
+    /// For bodies of 1 KiB.
+    const ALLOWED: usize = 512 << 10;
+
+    #[test]
+    fn memory_grows_with_what_has_come_and_not_with_what_is_announced() {
+        let output = Command::new(std::env::current_exe().expect("tests know where they are"))
+            .args(["--exact", "memory::peak", "--ignored", "--nocapture", "--test-threads=1"])
+            .envs([("MALLOC_MMAP_THRESHOLD_", "65536"), ("MALLOC_ARENA_MAX", "1")])
+            .output()
+            .expect("it can be run");
+        let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && said.contains("1 passed"), "{said}");
+    }
+
+    #[test]
+    #[ignore = "run by memory_grows_with_what_has_come_and_not_with_what_is_announced"]
+    fn peak() {
+        let bodies = bodies();
+        let hostile = hostile(&bodies);
+        bodies.iter().for_each(|(kind, body)| assert!(read_body(*kind, body)));
+        let before = peak_of_memory();
+        for (kind, body) in &hostile {
+            let _ = black_box(Message::decode(*kind, body));
+        }
+        for length in [0, 1 << 20, LARGEST_FRAME, u32::MAX] {
+            let mut decoder = Decoder::new(u32::MAX);
+            decoder.push(&header(1, 0x0103, 7, length));
+            assert_eq!(black_box(&mut decoder).frame(), Ok(None));
+        }
+        let grown = peak_of_memory() - before;
+        assert!(grown <= ALLOWED, "{grown} bytes for bodies of 1 KiB");
+        for (kind, before) in [(0x0007, &[][..]), (0x0103, &[1])] {
+            let mut body = [before, &long(1 << 36)].concat();
+            body.resize(16 << 20, 7);
+            let before = peak_of_memory();
+            assert!(black_box(Message::decode(kind, &body)).is_err());
+            let grown = peak_of_memory() - before;
+            assert!(grown <= ALLOWED, "{grown} bytes for a body of 16 MiB that announces 64 GiB");
+        }
+        let before = peak_of_memory();
+        drop(black_box(Vec::<u8>::with_capacity(64 << 20)));
+        let seen = peak_of_memory() - before;
+        assert!(seen >= 32 << 20, "what is taken must be seen, but only {seen} bytes were");
+    }
+
+    /// Bodies of 1 KiB with a huge length at every place in them.
+    fn hostile(bodies: &[(u16, Vec<u8>)]) -> Vec<(u16, Vec<u8>)> {
+        let mut hostile = Vec::new();
+        for (kind, body) in bodies {
+            for at in 0..=body.len().min(200) {
+                for length in [1 << 60, u64::MAX, u64::MAX / 16 + 2, 1 << 32, 1 << 24, 100_000, 60_000] {
+                    let mut bytes = [&body[..at], &long(length), &[0; 1024]].concat();
+                    bytes.truncate(1024);
+                    hostile.push((*kind, bytes));
+                }
+            }
+        }
+        hostile
+    }
+
+    /// The most that this process ever had from the system, in bytes.
+    fn peak_of_memory() -> usize {
+        let status = std::fs::read_to_string("/proc/self/status").expect("Linux has it");
+        let line = status.lines().find_map(|line| line.strip_prefix("VmPeak:")).expect("it has this line");
+        line.trim().trim_end_matches(" kB").parse::<usize>().expect("a number of KiB") * 1024
+    }
+}

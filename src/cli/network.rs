@@ -1,0 +1,182 @@
+//! Options of a daemon that others connect to.
+//!
+//! In: words of the command line. Out: the daemon's limits, policies and streams. Invariants: what is not given is as the README says. Must not know: sockets.
+
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+use hopes_protocol::Policy;
+
+use super::args::{duration, resolution, window};
+use crate::daemon::{Address, Limits, Overload, StreamSettings};
+
+/// How others connect, and how much they may do.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Sockets")]
+pub struct Network {
+    /// Let producers and consumers connect: unix:PATH (for this user only) or tcp:HOST:PORT. May be repeated.
+    #[arg(long, value_name = "ADDRESS")]
+    pub listen: Vec<Address>,
+    /// Let them come from other machines too: there is no password.
+    #[arg(long, requires = "listen")]
+    pub allow_remote: bool,
+    /// Make a stream at the start: NAME, or NAME:OPTION=VALUE,... of window, resolution, frame-points, frame-every. May be repeated.
+    #[arg(long, value_name = "NAME[:OPTIONS]", value_parser = stream, requires = "listen")]
+    pub stream: Vec<(String, StreamSettings)>,
+    /// What happens when a producer is faster than its stream.
+    #[arg(long, value_enum, default_value_t)]
+    pub overload: OverloadArg,
+    /// Connections at one time.
+    #[arg(long, value_name = "N", default_value_t = Limits::default().connections)]
+    max_connections: usize,
+    /// Streams at one time.
+    #[arg(long, value_name = "N", default_value_t = Limits::default().streams)]
+    max_streams: usize,
+    /// Points in the window of a stream; more are refused.
+    #[arg(long, value_name = "N", default_value_t = Limits::default().points)]
+    max_points: u64,
+    /// Distinct positions in a stream; batches that come when there are as many are refused.
+    #[arg(long, value_name = "N", default_value_t = Limits::default().vertices)]
+    max_vertices: u64,
+    /// Points in one message.
+    #[arg(long, value_name = "N", default_value_t = Limits::default().largest_batch, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    max_batch: u32,
+    /// Memory of all streams, such as 512MiB or 4GiB (an estimate: about 940 bytes a point); batches are refused while they hold as much [default: no limit].
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    max_memory: Option<u64>,
+    /// How far a consumer may be behind before frames are merged for it.
+    #[arg(long, value_name = "BYTES", value_parser = bytes, default_value = "1MiB")]
+    consumer_queue: u64,
+    /// Changes kept of each view, for consumers that are behind or come back.
+    #[arg(long, value_name = "BYTES", value_parser = bytes, default_value = "32MiB")]
+    history: u64,
+    /// Send a sign of life after so long.
+    #[arg(long, value_name = "DURATION", value_parser = duration, default_value = "5s")]
+    heartbeat: Duration,
+    /// Cut off who is silent, or takes for one message, so long.
+    #[arg(long, value_name = "DURATION", value_parser = duration, default_value = "60s")]
+    timeout: Duration,
+}
+
+/// What happens when a producer is faster than its stream.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub enum OverloadArg {
+    /// It waits.
+    #[default]
+    Block,
+    /// The batches that have waited longest are dropped, and their producers told.
+    DropOldest,
+    /// The batches that come are dropped, and their producers told.
+    DropNewest,
+}
+
+impl From<OverloadArg> for Overload {
+    fn from(overload: OverloadArg) -> Self {
+        match overload {
+            OverloadArg::Block => Self::Block,
+            OverloadArg::DropOldest => Self::Drop(Policy::DropOldest),
+            OverloadArg::DropNewest => Self::Drop(Policy::DropNewest),
+        }
+    }
+}
+
+impl Network {
+    /// The limits that they ask for.
+    pub fn limits(&self) -> Limits {
+        Limits {
+            connections: self.max_connections,
+            streams: self.max_streams,
+            points: self.max_points,
+            vertices: self.max_vertices,
+            largest_batch: self.max_batch,
+            memory: self.max_memory.unwrap_or(0),
+            consumer_queue: self.consumer_queue as usize,
+            history: self.history as usize,
+            heartbeat: self.heartbeat,
+            timeout: self.timeout,
+            ..Limits::default()
+        }
+    }
+}
+
+/// A stream and its options: `NAME`, or `NAME:window=points:1000,resolution=0.5`.
+fn stream(word: &str) -> Result<(String, StreamSettings), String> {
+    let (name, options) = word.split_once(':').unwrap_or((word, ""));
+    if !hopes_protocol::is_name(name) {
+        return Err(format!(
+            "{name:?} is no name: it has 1 to {} bytes, no control character and no *",
+            hopes_protocol::LONGEST_NAME
+        ));
+    }
+    let mut settings = StreamSettings::default();
+    for option in options.split(',').filter(|option| !option.is_empty()) {
+        let (key, value) = option.split_once('=').ok_or_else(|| format!("{option:?} is no option: write KEY=VALUE"))?;
+        match key {
+            "window" => settings.options.window = window(value)?,
+            "resolution" => settings.options.resolution = Some(resolution(value)?),
+            "frame-points" => {
+                let count = value.parse().ok().filter(|count| *count > 0);
+                settings.frame_points =
+                    Some(count.ok_or_else(|| format!("{value:?} is not a number of points, from 1"))?);
+            }
+            "frame-every" => settings.frame_every = Some(duration(value)?),
+            _ => {
+                return Err(format!(
+                    "{key:?} is no option of a stream: there are window, resolution, frame-points, frame-every"
+                ));
+            }
+        }
+    }
+    Ok((name.to_owned(), settings))
+}
+
+/// A number of bytes: `4096`, `64KiB`, `512MiB`, `4GiB`.
+fn bytes(word: &str) -> Result<u64, String> {
+    let digits = word.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+    let unit: u64 = match &word[digits.len()..] {
+        "" | "B" => 1,
+        "KiB" => 1 << 10,
+        "MiB" => 1 << 20,
+        "GiB" => 1 << 30,
+        unit => return Err(format!("{unit:?} is no unit: there are KiB, MiB, GiB")),
+    };
+    let number = digits.parse::<u64>().ok().and_then(|number| number.checked_mul(unit)).filter(|bytes| *bytes > 0);
+    number.ok_or_else(|| format!("{word:?} is not a number of bytes: write 512MiB"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn streams_have_names_and_options() {
+        let (name, settings) = stream("cam:window=frames:1,resolution=0.5,frame-points=100,frame-every=20ms").unwrap();
+        assert_eq!((name.as_str(), settings.options.resolution, settings.frame_points), ("cam", Some(0.5), Some(100)));
+        assert_eq!(settings.frame_every, Some(Duration::from_millis(20)));
+        assert_eq!(settings.options.window, window("frames:1").unwrap());
+        assert_eq!(stream("cam").unwrap().0, "cam");
+    }
+
+    #[test]
+    fn bad_streams_say_what_is_wrong() {
+        for (word, says) in [
+            ("", "no name"),
+            ("a*", "no name"),
+            ("a:window", "KEY=VALUE"),
+            ("a:window=x", "a window is all"),
+            ("a:colour=red", "there are window"),
+            ("a:frame-points=0", "from 1"),
+        ] {
+            let error = stream(word).unwrap_err();
+            assert!(error.contains(says), "{word}: {error}");
+        }
+    }
+
+    #[test]
+    fn bytes_have_units() {
+        assert_eq!((bytes("4096"), bytes("64KiB"), bytes("2GiB")), (Ok(4096), Ok(65536), Ok(2 << 30)));
+        for word in ["", "0", "-1", "1.5MiB", "3 MB", "99999999999GiB"] {
+            assert!(bytes(word).is_err(), "{word}");
+        }
+    }
+}

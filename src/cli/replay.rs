@@ -1,0 +1,170 @@
+//! `hopes replay`: a recording again, at its own pace or another.
+//!
+//! In: a recording. Out: a line a frame, JSON lines, or a recording. Invariants: every frame shown was proved; of a recording that was cut off all whole frames are shown; a damaged one ends with an error that says where.
+//! Must not know: where the recording comes from.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Read};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail};
+use clap::Args;
+use hopes_protocol::{Elapsed, Message};
+
+use super::Failure;
+use super::args::rate;
+use super::recording::{Frames, Next, RecordingError};
+use super::show::{Output, Show};
+use super::streams::{Streams, Taken};
+use crate::daemon::Stop;
+
+/// Play a recording again.
+///
+/// What record or watch --output bin have written, at the pace at which it was recorded. Every frame is proved by its checksum.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  hopes replay camera.hopes                                as it was
+  hopes replay camera.hopes --speed 10                     ten times as fast
+  hopes replay camera.hopes --fast --output jsonl | jq -c '[.frame, .view.cycles]'")]
+pub struct Replay {
+    /// The recording; - for stdin.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// As fast as possible.
+    #[arg(long, conflicts_with = "speed")]
+    fast: bool,
+    /// So many times as fast as it was recorded.
+    #[arg(long, value_name = "X", default_value = "1", value_parser = rate)]
+    speed: f64,
+    /// How frames are written on stdout.
+    #[arg(long, value_enum, default_value_t)]
+    output: Output,
+}
+
+/// Whoever waits longer than this for a frame is told why.
+const LONG_PAUSE: Duration = Duration::from_secs(30);
+
+/// How long anything is waited for before it is seen whether a signal has come.
+const MOMENT: Duration = Duration::from_millis(50);
+
+/// Messages that may wait to be shown.
+const WAITING: usize = 4;
+
+impl Replay {
+    pub fn run(self) -> Result<(), Failure> {
+        let source: Box<dyn Read + Send> = if self.file == Path::new("-") {
+            Box::new(io::stdin())
+        } else {
+            Box::new(File::open(&self.file).with_context(|| format!("cannot open {}", self.file.display()))?)
+        };
+        let speed = (!self.fast).then_some(self.speed);
+        let sink = BufWriter::with_capacity(1 << 16, io::stdout().lock());
+        let mut playing = Playing {
+            read: read(source)?,
+            show: Show::new(self.output, sink)?,
+            streams: Streams::default(),
+            stop: Stop::listen().context("cannot listen to signals")?,
+            speed,
+            begun: Instant::now(),
+            elapsed: Duration::ZERO,
+            shown: 0,
+        };
+        let played = playing.play(&self.file).with_context(|| self.file.display().to_string());
+        tracing::debug!("{} frames", playing.shown);
+        Ok(played?)
+    }
+}
+
+/// Starts the reading thread. Nobody waits for it: it may be blocked in a read that never returns, and owns nothing that has to be finished.
+fn read(source: Box<dyn Read + Send>) -> anyhow::Result<Receiver<Result<Next, RecordingError>>> {
+    let (sender, receiver) = sync_channel(WAITING);
+    let mut frames = Frames::new(source);
+    let read = move || {
+        loop {
+            let next = frames.next();
+            let is_last = !matches!(next, Ok(Next::Message { .. }));
+            if sender.send(next).is_err() || is_last {
+                return;
+            }
+        }
+    };
+    thread::Builder::new().name("reader".to_owned()).spawn(read).context("cannot start the reader's thread")?;
+    Ok(receiver)
+}
+
+struct Playing<W: io::Write> {
+    read: Receiver<Result<Next, RecordingError>>,
+    show: Show<W>,
+    streams: Streams,
+    stop: Stop,
+    /// None: without any pause.
+    speed: Option<f64>,
+    begun: Instant,
+    /// Since the recording began, at the present message.
+    elapsed: Duration,
+    shown: u64,
+}
+
+impl<W: io::Write> Playing<W> {
+    fn play(&mut self, file: &Path) -> anyhow::Result<()> {
+        loop {
+            if let Some(signal) = self.stop.asked() {
+                tracing::info!("{signal}: stopped after {} frames", self.shown);
+                return Ok(());
+            }
+            let next = match self.read.recv_timeout(MOMENT) {
+                Err(RecvTimeoutError::Timeout) => continue,
+                Err(RecvTimeoutError::Disconnected) => {
+                    bail!("the reader's thread stopped by itself: please report this")
+                }
+                Ok(next) => next?,
+            };
+            match next {
+                Next::End => return Ok(()),
+                Next::CutOff { offset } => {
+                    let (file, shown) = (file.display(), self.shown);
+                    tracing::warn!("{file} is cut off at byte {offset}: {shown} whole frames were there");
+                    return Ok(());
+                }
+                Next::Message { message: Message::Elapsed(elapsed), .. } => self.wait(elapsed),
+                Next::Message { offset, channel, message } => {
+                    self.message(channel, &message).with_context(|| format!("at byte {offset}"))?;
+                }
+            }
+        }
+    }
+
+    fn message(&mut self, channel: u32, message: &Message) -> anyhow::Result<()> {
+        if let Message::Batch(_) | Message::Retract(_) | Message::Commit(_) = message {
+            bail!("these are points, and no recording: send them with hopes feed --input bin");
+        }
+        if self.streams.take(message).context("damaged: all before it is good")? == Taken::Frame {
+            self.shown += 1;
+        }
+        self.show.message(&self.streams, self.elapsed, channel, message).context("cannot write frames")?;
+        self.streams.forget_closed(message);
+        Ok(())
+    }
+
+    /// Waits until what was recorded so long after the beginning is due.
+    fn wait(&mut self, Elapsed { nanoseconds }: Elapsed) {
+        self.elapsed = Duration::from_nanos(nanoseconds);
+        let Some(speed) = self.speed else { return };
+        // What does not fit is longer than anybody waits.
+        let due = Duration::try_from_secs_f64(self.elapsed.as_secs_f64() / speed).unwrap_or(Duration::MAX);
+        let mut is_told = false;
+        while let Some(left) = due.checked_sub(self.begun.elapsed()).filter(|left| !left.is_zero()) {
+            if left > LONG_PAUSE && !is_told {
+                is_told = true;
+                let left = humantime::format_duration(Duration::from_secs(left.as_secs()));
+                tracing::info!("the next frame is due in {left}; --fast does not wait");
+            }
+            if self.stop.wait(left.min(MOMENT)).is_some() {
+                return;
+            }
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! `hopes status`: how a daemon is, and its streams.
+//!
+//! In: an address. Out: a table, or JSON. Must not know: how the daemon comes to its numbers.
+
+use std::io::{self, Write};
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use hopes_protocol::{Message, Status as Numbers, StatusWanted, StreamStatus};
+use indicatif::{HumanBytes, HumanCount};
+
+use super::Failure;
+use super::args::From;
+use super::follow::SOFTWARE;
+use crate::daemon::{Client, Timeouts};
+
+/// Show how a daemon is: its streams, who feeds and follows them, what was refused, dropped or late.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  hopes status --from unix:/tmp/hopes.sock
+  hopes status --from tcp:127.0.0.1:7878 --json | jq '.streams[].info.name'")]
+pub struct Status {
+    #[command(flatten)]
+    from: From,
+    /// As one line of JSON, with the names of protocol/SPEC.md.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Ours, for the one answer.
+const CHANNEL: u32 = 1;
+
+impl Status {
+    pub fn run(self) -> Result<(), Failure> {
+        let numbers = self.ask()?;
+        let text = if self.json {
+            serde_json::to_string(&numbers).context("cannot write JSON")? + "\n"
+        } else {
+            as_table(&numbers)
+        };
+        io::stdout().write_all(text.as_bytes()).context("cannot write to stdout")?;
+        Ok(())
+    }
+
+    fn ask(&self) -> anyhow::Result<Numbers> {
+        let address = &self.from.from;
+        let mut client = Client::connect(address, SOFTWARE, Timeouts::default())?;
+        client.sending.send(CHANNEL, StatusWanted {})?;
+        loop {
+            match client.receiving.receive()? {
+                Some((CHANNEL, Message::Status(numbers))) => {
+                    client.receiving.goodbye("that is all");
+                    return Ok(numbers);
+                }
+                Some((_, Message::Error(report))) => bail!("the daemon at {address}: {}", report.text),
+                Some((_, Message::Goodbye(goodbye))) => {
+                    bail!("the daemon at {address} says goodbye instead: {}", goodbye.reason);
+                }
+                Some(_) => {}
+                None => bail!("the daemon at {address} closed the connection instead of answering: see its log"),
+            }
+        }
+    }
+}
+
+const HEADS: [&str; 14] = [
+    "stream",
+    "frame",
+    "points",
+    "distinct",
+    "producers",
+    "consumers",
+    "memory",
+    "computed",
+    "accepted",
+    "refused",
+    "dropped",
+    "waiting",
+    "lagged",
+    "window",
+];
+
+fn as_table(numbers: &Numbers) -> String {
+    let &Numbers { uptime_ms, connections, refused_messages, memory, memory_limit, .. } = numbers;
+    let uptime = humantime::format_duration(Duration::from_secs(uptime_ms / 1000));
+    let limit = if memory_limit == 0 { "no limit".to_owned() } else { format!("of {}", HumanBytes(memory_limit)) };
+    let software = printable(&numbers.software);
+    let mut text = format!(
+        "{software}, up {uptime}, {connections} connections, {refused_messages} messages refused, memory {} ({limit})\n",
+        HumanBytes(memory),
+    );
+    if numbers.streams.is_empty() {
+        return text + "no streams\n";
+    }
+    let rows: Vec<_> = numbers.streams.iter().map(row).collect();
+    let all = || [HEADS.map(str::to_owned)].into_iter().chain(rows.iter().cloned());
+    let widths: [usize; HEADS.len()] =
+        std::array::from_fn(|column| all().map(|row| row[column].chars().count()).max().unwrap_or(0));
+    for row in all() {
+        let mut line = String::new();
+        for (column, cell) in row.iter().enumerate() {
+            let width = widths[column];
+            // Words stand at the left, numbers at the right.
+            let is_word = column == 0 || column == HEADS.len() - 1;
+            line += &if is_word { format!("{cell:<width$}  ") } else { format!("{cell:>width$}  ") };
+        }
+        text += line.trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+fn row(stream: &StreamStatus) -> [String; HEADS.len()] {
+    let StreamStatus { info, computed, accepted, refused, dropped, waiting, lagged, memory } = stream;
+    let count = |number: u64| HumanCount(number).to_string();
+    [
+        printable(&info.name),
+        count(info.frame),
+        count(info.points),
+        count(info.vertices),
+        info.producers.to_string(),
+        info.consumers.to_string(),
+        HumanBytes(*memory).to_string(),
+        count(*computed),
+        count(*accepted),
+        count(*refused),
+        count(*dropped),
+        count(*waiting),
+        count(*lagged),
+        window(info),
+    ]
+}
+
+/// As on the command line.
+fn window(info: &hopes_protocol::StreamInfo) -> String {
+    use hopes_protocol::Window;
+    let window = match info.window {
+        Window::All => "all".to_owned(),
+        Window::Points(number) => format!("points:{number}"),
+        Window::Frames(number) => format!("frames:{number}"),
+        Window::Time(length) => format!("time:{length}"),
+    };
+    info.resolution.map_or(window.clone(), |step| format!("{window} on a grid of {step}"))
+}
+
+/// Without what could play tricks with a terminal.
+fn printable(text: &str) -> String {
+    text.chars().map(|character| if character.is_control() { '\u{fffd}' } else { character }).collect()
+}

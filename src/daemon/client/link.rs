@@ -1,0 +1,165 @@
+//! The sending half of a connection, and what both halves share.
+//!
+//! In: messages. Out: their bytes, in whole frames, one after the other. Invariants: whoever receives never waits for whoever sends: its pings and pongs are left to be sent by the other if the way is taken or
+//! stuffed, else both sides could wait for each other for ever; a sender that gets no byte through ends with an error once the daemon has been silent for too long. Must not know: what messages mean.
+
+use std::collections::VecDeque;
+use std::io::{self, Write};
+use std::net::Shutdown;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::time::{Duration, Instant};
+
+use hopes_protocol::{Message, encode};
+use socket2::Socket;
+
+use super::error::ClientError;
+use crate::daemon::Address;
+
+/// Pings and pongs that may wait to be sent; of more than these the oldest are forgotten, which only a peer that floods us with pings will notice.
+const OWED: usize = 64;
+
+/// A connection as its two halves see it.
+#[derive(Debug)]
+pub struct Link {
+    pub address: Address,
+    version: u16,
+    /// The daemon may be silent for so long.
+    pub patience: Duration,
+    begun: Instant,
+    /// When the daemon was last heard, in milliseconds after the beginning.
+    heard: AtomicU64,
+    is_closed: AtomicBool,
+    outgoing: Mutex<Outgoing>,
+    owed: Mutex<VecDeque<Message>>,
+}
+
+#[derive(Debug)]
+struct Outgoing {
+    /// Its writes give up after a while, so that it can be seen whether the daemon is still there.
+    socket: Socket,
+    /// Frames that are not written yet; the first may have begun.
+    backlog: Vec<u8>,
+}
+
+impl Link {
+    pub fn new(address: Address, version: u16, patience: Duration, socket: Socket) -> Self {
+        Self {
+            address,
+            version,
+            patience,
+            begun: Instant::now(),
+            heard: AtomicU64::new(0),
+            is_closed: AtomicBool::new(false),
+            outgoing: Mutex::new(Outgoing { socket, backlog: Vec::new() }),
+            owed: Mutex::default(),
+        }
+    }
+
+    /// Sends a message, and what is owed.
+    pub fn send(&self, channel: u32, message: &Message) -> Result<(), ClientError> {
+        let frame = self.frame(channel, message)?;
+        let mut outgoing = self.outgoing.lock().unwrap_or_else(PoisonError::into_inner);
+        outgoing.backlog.extend(frame);
+        while !outgoing.backlog.is_empty() {
+            self.write_some(&mut outgoing)?;
+            self.expect_life()?;
+        }
+        self.pay(&mut outgoing)
+    }
+
+    /// Sends a ping or a pong if that can be done without waiting for the other half; else leaves it to that.
+    pub fn owe(&self, message: Message) -> Result<(), ClientError> {
+        let mut owed = self.owed();
+        if owed.len() == OWED {
+            owed.pop_front();
+        }
+        owed.push_back(message);
+        drop(owed);
+        self.pay_if_free()
+    }
+
+    /// Sends what is owed, as [`owe`](Self::owe) does.
+    pub fn pay_if_free(&self) -> Result<(), ClientError> {
+        let mut outgoing = match self.outgoing.try_lock() {
+            Ok(outgoing) => outgoing,
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+            Err(TryLockError::WouldBlock) => return Ok(()),
+        };
+        self.pay(&mut outgoing)
+    }
+
+    /// The daemon was heard.
+    pub fn hear(&self) {
+        self.heard.store(self.begun.elapsed().as_millis() as u64, Relaxed);
+    }
+
+    /// How long it was not.
+    pub fn silence(&self) -> Duration {
+        self.begun.elapsed().saturating_sub(Duration::from_millis(self.heard.load(Relaxed)))
+    }
+
+    /// Nothing more can come: whoever is sending need not wait.
+    pub fn close(&self) {
+        self.is_closed.store(true, Relaxed);
+    }
+
+    /// Says that nothing more will be sent.
+    pub fn finish(&self) {
+        let outgoing = self.outgoing.lock().unwrap_or_else(PoisonError::into_inner);
+        // A connection that is gone already has nothing to say.
+        drop(outgoing.socket.shutdown(Shutdown::Write));
+    }
+
+    /// # Errors
+    /// [`ClientError::Silent`], and [`ClientError::Closed`] after [`close`](Self::close).
+    pub fn expect_life(&self) -> Result<(), ClientError> {
+        let address = || self.address.clone();
+        if self.is_closed.load(Relaxed) {
+            return Err(ClientError::Closed { address: address(), when: "while something was being sent" });
+        }
+        match self.silence() {
+            silence if silence > self.patience => {
+                Err(ClientError::Silent { address: address(), seconds: self.patience.as_secs_f64() })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn pay(&self, outgoing: &mut Outgoing) -> Result<(), ClientError> {
+        // Only when the way is free: what is owed is bounded, and so is what waits behind a stuffed way.
+        if outgoing.backlog.is_empty() {
+            for message in self.owed().drain(..) {
+                outgoing.backlog.extend(self.frame(0, &message)?);
+            }
+        }
+        if outgoing.backlog.is_empty() { Ok(()) } else { self.write_some(outgoing) }
+    }
+
+    /// Writes what goes through within a moment.
+    fn write_some(&self, outgoing: &mut Outgoing) -> Result<(), ClientError> {
+        match (&outgoing.socket).write(&outgoing.backlog) {
+            Ok(0) => Err(ClientError::lost(&self.address, &io::ErrorKind::WriteZero.into())),
+            Ok(written) => {
+                outgoing.backlog.drain(..written);
+                Ok(())
+            }
+            Err(error) if is_later(&error) => Ok(()),
+            Err(error) => Err(ClientError::lost(&self.address, &error)),
+        }
+    }
+
+    fn frame(&self, channel: u32, message: &Message) -> Result<Vec<u8>, ClientError> {
+        encode(self.version, channel, message)
+            .map_err(|source| ClientError::TooLong { address: self.address.clone(), source })
+    }
+
+    fn owed(&self) -> MutexGuard<'_, VecDeque<Message>> {
+        self.owed.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Nothing went through yet, but may.
+pub fn is_later(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted)
+}

@@ -1,0 +1,185 @@
+//! Places where peers connect: Unix sockets and TCP ports.
+//!
+//! In: an [`Address`]. Out: connected sockets for the [`Registry`]. Invariants: a Unix socket is never open to others than its owner, not even for a moment; the socket of a daemon that is gone is replaced, that of
+//! one that lives is not; TCP is open to this machine only, unless asked for. Must not know: the protocol.
+
+use std::fs;
+use std::io;
+use std::net::{IpAddr, TcpListener, TcpStream, ToSocketAddrs};
+use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, PermissionsExt};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use thiserror::Error;
+
+use super::{Registry, Socket};
+use crate::daemon::Address;
+
+/// Why a place cannot be listened at.
+#[derive(Debug, Error)]
+pub enum ListenError {
+    /// Somebody else is there.
+    #[error("another daemon is listening at {0}: stop it, or take another place")]
+    InUse(Address),
+    /// There is a file that is no socket.
+    #[error("{path} is there and no socket: move it away, or take another place", path = .0.display())]
+    NotASocket(PathBuf),
+    /// Not on this machine, and nobody asked for that.
+    #[error(
+        "{0} can be reached from other machines, which may then feed and read all streams: add --allow-remote if you want that"
+    )]
+    Remote(Address),
+    /// The system says no.
+    #[error("cannot listen at {address}: {error}")]
+    System {
+        /// Where.
+        address: Address,
+        /// Why.
+        error: io::Error,
+    },
+}
+
+enum Bound {
+    Unix(UnixListener, PathBuf, (u64, u64)),
+    Tcp(TcpListener),
+}
+
+/// A place that is listened at, by a thread of its own.
+pub struct Listener {
+    bound: Arc<Bound>,
+    is_ending: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+}
+
+impl Listener {
+    /// Listens at a place, and has everybody admitted who connects.
+    ///
+    /// # Errors
+    /// [`ListenError`].
+    pub fn start(address: &Address, allow_remote: bool, registry: Arc<Registry>) -> Result<Self, ListenError> {
+        let system = |error| ListenError::System { address: address.clone(), error };
+        let bound = Arc::new(match address {
+            Address::Unix(path) => bind_unix(path, address)?,
+            Address::Tcp(host) => bind_tcp(host, address, allow_remote)?,
+        });
+        tracing::info!("listening at {}", bound.place());
+        let is_ending = Arc::new(AtomicBool::new(false));
+        let (accepting, ends) = (Arc::clone(&bound), Arc::clone(&is_ending));
+        let thread = thread::Builder::new()
+            .name("listener".to_owned())
+            .spawn(move || accepting.accept_all(&ends, &registry))
+            .map_err(system)?;
+        Ok(Self { bound, is_ending, thread })
+    }
+
+    /// Listens no more.
+    pub fn stop(self) {
+        self.is_ending.store(true, Ordering::Release);
+        // Accepting ends when somebody comes.
+        let has_come = match &*self.bound {
+            Bound::Unix(_, path, _) => UnixStream::connect(path).is_ok(),
+            Bound::Tcp(listener) => listener.local_addr().is_ok_and(|at| {
+                let loopback =
+                    if at.is_ipv4() { IpAddr::from([127, 0, 0, 1]) } else { IpAddr::from([0, 0, 0, 0, 0, 0, 0, 1]) };
+                let here = if at.ip().is_unspecified() { (loopback, at.port()).into() } else { at };
+                TcpStream::connect_timeout(&here, Duration::from_secs(1)).is_ok()
+            }),
+        };
+        // Where the socket was moved away nobody can come any more, and the thread ends with the process.
+        if has_come && self.thread.join().is_err() {
+            tracing::error!("a listener's thread stopped by itself: please report this");
+        }
+        if let Bound::Unix(_, path, identity) = &*self.bound
+            && identity_of(path).is_ok_and(|found| found == *identity)
+        {
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+impl Bound {
+    fn place(&self) -> String {
+        match self {
+            Self::Unix(_, path, _) => Address::Unix(path.clone()).to_string(),
+            Self::Tcp(listener) => listener
+                .local_addr()
+                .map_or_else(|error| error.to_string(), |at| Address::Tcp(at.to_string()).to_string()),
+        }
+    }
+
+    fn accept_all(&self, is_ending: &AtomicBool, registry: &Registry) {
+        let place = self.place();
+        loop {
+            let accepted = self.accept();
+            if is_ending.load(Ordering::Acquire) {
+                return;
+            }
+            match accepted {
+                Ok(socket) => registry.admit(socket, &place),
+                Err(error) => {
+                    tracing::warn!("{place}: cannot accept a connection: {error}");
+                    // Usually too many open files, which takes some time to pass.
+                    thread::sleep(Duration::from_millis(100));
+                }
+            }
+        }
+    }
+
+    fn accept(&self) -> io::Result<Socket> {
+        match self {
+            Self::Unix(listener, ..) => listener.accept().map(|(stream, _)| Socket::Unix(stream)),
+            Self::Tcp(listener) => {
+                let (stream, _) = listener.accept()?;
+                // Frames are sent when they are due: waiting for more to send with them would only delay them.
+                stream.set_nodelay(true)?;
+                Ok(Socket::Tcp(stream))
+            }
+        }
+    }
+}
+
+/// Binds within a folder that only we can enter, and moves the socket to its place when its permissions are right.
+fn bind_unix(path: &Path, address: &Address) -> Result<Bound, ListenError> {
+    let system = |error| ListenError::System { address: address.clone(), error };
+    match fs::symlink_metadata(path) {
+        Ok(data) if !data.file_type().is_socket() => return Err(ListenError::NotASocket(path.to_owned())),
+        Ok(_) if UnixStream::connect(path).is_ok() => return Err(ListenError::InUse(address.clone())),
+        Ok(_) => tracing::debug!("{address}: replacing the socket of a daemon that is gone"),
+        Err(_) => {}
+    }
+    let mut folder = path.as_os_str().to_owned();
+    folder.push(format!(".{}", std::process::id()));
+    let folder = PathBuf::from(folder);
+    fs::DirBuilder::new().mode(0o700).create(&folder).map_err(system)?;
+    let within = folder.join("s");
+    let bound = UnixListener::bind(&within).and_then(|listener| {
+        fs::set_permissions(&within, fs::Permissions::from_mode(0o600))?;
+        let identity = identity_of(&within)?;
+        fs::rename(&within, path)?;
+        Ok(Bound::Unix(listener, path.to_owned(), identity))
+    });
+    let _ = fs::remove_file(&within);
+    let _ = fs::remove_dir(&folder);
+    bound.map_err(system)
+}
+
+fn identity_of(path: &Path) -> io::Result<(u64, u64)> {
+    fs::symlink_metadata(path).map(|data| (data.dev(), data.ino()))
+}
+
+fn bind_tcp(host: &str, address: &Address, allow_remote: bool) -> Result<Bound, ListenError> {
+    let system = |error| ListenError::System { address: address.clone(), error };
+    let places: Vec<_> = host.to_socket_addrs().map_err(system)?.collect();
+    if !allow_remote && !places.iter().all(|place| place.ip().is_loopback()) {
+        return Err(ListenError::Remote(address.clone()));
+    }
+    match TcpListener::bind(&places[..]) {
+        Ok(listener) => Ok(Bound::Tcp(listener)),
+        Err(error) if error.kind() == io::ErrorKind::AddrInUse => Err(ListenError::InUse(address.clone())),
+        Err(error) => Err(system(error)),
+    }
+}

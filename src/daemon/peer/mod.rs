@@ -1,0 +1,176 @@
+//! Peers: connections, each with a reader and a writer thread, and their conversations with streams.
+//!
+//! ```text
+//! socket ──▶ reader ──(items)──▶ inbox of a stream
+//! socket ◀── writer ◀──(answers)── outbox
+//!                   ◀──(frames)─── seats before streams
+//! ```
+//!
+//! Invariants: whatever a peer sends, or does not read, is between it and its own two threads: the reader waits for nobody but the stream that it feeds and its own outbox, the
+//! writer for nobody but the socket; no thread of another peer or stream waits for either. Must not know: what streams compute.
+
+mod listener;
+mod outbox;
+mod reader;
+mod registry;
+mod socket;
+mod writer;
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use crossbeam_channel::Sender;
+use hopes_protocol as wire;
+use wildmatch::WildMatch;
+
+use super::convert::encoded;
+use super::seat::{Control, Seat};
+use super::streams::{Stream, lock};
+pub use listener::{ListenError, Listener};
+pub use outbox::{Debt, Outbox};
+pub use registry::Registry;
+pub use socket::Socket;
+
+/// A connection.
+#[derive(Debug)]
+pub struct Peer {
+    /// For logs: what it is connected to, and its number.
+    pub label: String,
+    socket: Socket,
+    outbox: Arc<Outbox>,
+    /// Its places before streams, each with the channel that it belongs to.
+    seats: Mutex<Vec<(u32, Arc<Seat>)>>,
+    /// Tells the writer that there is something to send.
+    bell: Sender<()>,
+    /// The last message, once it is time for it.
+    goodbye: Mutex<Option<wire::Shared>>,
+    /// Nothing more is to be read.
+    is_ending: AtomicBool,
+}
+
+impl Peer {
+    fn new(label: String, socket: Socket, bell: Sender<()>) -> Self {
+        Self {
+            label,
+            socket,
+            outbox: Arc::new(Outbox::new(bell.clone())),
+            seats: Mutex::default(),
+            bell,
+            goodbye: Mutex::default(),
+            is_ending: AtomicBool::new(false),
+        }
+    }
+
+    /// Says something on a channel.
+    fn say(&self, channel: u32, message: impl Into<wire::Message>) {
+        if let Some(message) = encoded(message) {
+            self.outbox.push(channel, message);
+        }
+    }
+
+    /// Says goodbye when everything else was sent, and hangs up.
+    fn say_goodbye(&self, reason: &str, streams: Vec<(String, u64)>) {
+        *lock(&self.goodbye) = encoded(wire::Goodbye { reason: reason.to_owned(), streams });
+        let _ = self.bell.try_send(());
+    }
+
+    /// Reads no more.
+    fn stop_reading(&self) {
+        self.is_ending.store(true, Ordering::Release);
+        self.socket.shutdown(std::net::Shutdown::Read);
+    }
+
+    /// Leaves the streams that a channel follows, or all of them.
+    fn leave_seats(&self, of_channel: Option<u32>) {
+        let leaves = |channel: &u32| of_channel.is_none_or(|number| number == *channel);
+        let (left, stay) =
+            std::mem::take(&mut *lock(&self.seats)).into_iter().partition(|(channel, _)| leaves(channel));
+        *lock(&self.seats) = stay;
+        let left: Vec<(u32, Arc<Seat>)> = left;
+        for (_, seat) in left {
+            seat.vacate();
+            seat.stream.ask(Control::Leave(Arc::clone(&seat)));
+        }
+    }
+}
+
+/// A channel on which a peer feeds a stream.
+#[derive(Debug)]
+pub struct ProducerChannel {
+    number: u32,
+    outbox: Arc<Outbox>,
+    dropped: AtomicU64,
+}
+
+impl ProducerChannel {
+    fn new(number: u32, outbox: Arc<Outbox>) -> Self {
+        Self { number, outbox, dropped: AtomicU64::new(0) }
+    }
+
+    /// Answers a message.
+    pub fn answer(&self, message: impl Into<wire::Message>) {
+        if let Some(message) = encoded(message) {
+            self.outbox.push(self.number, message);
+        }
+    }
+
+    /// Tells that a message was dropped.
+    pub fn answer_dropped(&self, sequence: u64, points: u32, policy: wire::Policy) {
+        let total = self.dropped.fetch_add(u64::from(points), Ordering::Relaxed) + u64::from(points);
+        self.answer(wire::Overloaded { sequence, points, total, policy });
+    }
+
+    /// Says that nothing more comes on this channel.
+    pub fn close(&self, frame: u64) {
+        self.answer(wire::Closed { frame });
+    }
+
+    /// Says that the stream is no more.
+    pub fn fail(&self, reason: &str, frame: u64) {
+        self.answer(report(wire::ErrorCode::StreamFailed, 0, format!("the stream has failed: {reason}")));
+        self.close(frame);
+    }
+}
+
+/// A channel on which a peer follows streams.
+#[derive(Debug)]
+pub struct Subscription {
+    channel: u32,
+    peer: Arc<Peer>,
+    pattern: WildMatch,
+    /// What those streams are seen in that come later.
+    look: Mutex<wire::ChangeView>,
+}
+
+impl Subscription {
+    /// Whether it follows streams of this name.
+    pub fn matches(&self, name: &str) -> bool {
+        self.pattern.matches(name)
+    }
+
+    /// Takes a place before a stream.
+    pub fn sit_down(&self, stream: &Arc<Stream>, resume: Option<wire::Resume>) {
+        let look = *lock(&self.look);
+        let seat = Arc::new(Seat::new(Arc::clone(stream), look.dots, self.peer.bell.clone()));
+        lock(&self.peer.seats).push((self.channel, Arc::clone(&seat)));
+        stream.ask(Control::Join(seat, look.view, resume));
+    }
+
+    /// Tells that a stream is no more.
+    pub fn stream_failed(&self, stream: &Arc<Stream>, reason: &str) {
+        let seats = lock(&self.peer.seats);
+        let here = seats.iter().filter(|(channel, seat)| *channel == self.channel && Arc::ptr_eq(&seat.stream, stream));
+        here.for_each(|(_, seat)| seat.close(stream.stats.frame(), reason));
+    }
+
+    fn change(&self, change: wire::ChangeView) {
+        *lock(&self.look) = change;
+        for (_, seat) in lock(&self.peer.seats).iter().filter(|(channel, _)| *channel == self.channel) {
+            seat.stream.ask(Control::ChangeView(Arc::clone(seat), change));
+        }
+    }
+}
+
+fn report(code: wire::ErrorCode, answers: u16, text: impl Into<String>) -> wire::Report {
+    wire::Report { code: code as u16, answers, text: text.into() }
+}
