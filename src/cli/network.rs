@@ -48,7 +48,7 @@ pub struct Network {
     #[arg(long, value_name = "BYTES", value_parser = bytes, default_value = "1MiB")]
     consumer_queue: u64,
     /// Changes kept of each view, for consumers that are behind or come back.
-    #[arg(long, value_name = "BYTES", value_parser = bytes, default_value = "32MiB")]
+    #[arg(long, value_name = "BYTES", value_parser = bytes, default_value = "16MiB")]
     history: u64,
     /// Send a sign of life after so long.
     #[arg(long, value_name = "DURATION", value_parser = duration, default_value = "5s")]

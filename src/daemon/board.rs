@@ -31,8 +31,17 @@ pub struct Entry {
 impl Entry {
     /// An estimate of the memory that it takes.
     fn bytes(&self) -> usize {
-        // The change in memory takes about three times its place on the wire.
-        4 * self.message.length as usize + 256
+        let Diff { vertices_added, vertices_removed, tree_added, tree_removed, .. } = &self.diff;
+        let Diff { critical_set, critical_removed, critical_before, .. } = &self.diff;
+        self.message.bytes.len()
+            + size_of_val(vertices_added.as_slice())
+            + size_of_val(vertices_removed.as_slice())
+            + size_of_val(tree_added.as_slice())
+            + size_of_val(tree_removed.as_slice())
+            + size_of_val(critical_set.as_slice())
+            + size_of_val(critical_removed.as_slice())
+            + size_of_val(critical_before.as_slice())
+            + size_of::<Self>()
     }
 }
 
@@ -201,7 +210,8 @@ mod tests {
             components: 0,
             cycles: 0,
         };
-        let message = wire::Shared { kind: 0x0207, length, bytes: Arc::from([]) };
+        let bytes = vec![0; length as usize].into();
+        let message = wire::Shared { kind: 0x0207, length, bytes };
         Arc::new(Entry { from, info, diff: Diff::default(), checksum: 0, message })
     }
 
@@ -241,7 +251,7 @@ mod tests {
     fn a_ring_forgets_the_oldest_and_keeps_the_newest() {
         let mut ring = Ring::default();
         for from in 0..100 {
-            ring.push(entry(from, 1000), 20_000);
+            ring.push(entry(from, 4000), 20_000);
             assert!(ring.bytes() <= 20_000);
         }
         assert_eq!(froms(&ring, 95), None);

@@ -111,7 +111,7 @@ impl Default for Limits {
             largest_batch: 1 << 16,
             largest_frame: 1 << 22,
             consumer_queue: 1 << 20,
-            history: 1 << 25,
+            history: 1 << 24,
             heartbeat: Duration::from_secs(5),
             timeout: Duration::from_secs(60),
         }

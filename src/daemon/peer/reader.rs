@@ -50,6 +50,7 @@ pub fn run(hub: &Arc<Hub>, peer: &Arc<Peer>) {
         channels: HashMap::new(),
         began: Instant::now(),
         heard: Instant::now(),
+        asked: Instant::now(),
         has_greeted: false,
         has_banner: false,
     };
@@ -80,6 +81,8 @@ struct Reader<'a> {
     began: Instant,
     /// When something came last.
     heard: Instant,
+    /// When the peer was asked last whether it is there.
+    asked: Instant,
     has_banner: bool,
     has_greeted: bool,
 }
@@ -106,9 +109,19 @@ impl Reader<'_> {
                     }
                 }
             }
+            self.ask_who_is_silent();
             if let Some(reason) = self.is_too_slow() {
                 return End::Failed(report(ErrorCode::TooSlow, 0, reason));
             }
+        }
+    }
+
+    /// A consumer that only listens is asked now and then whether it is still there.
+    fn ask_who_is_silent(&mut self) {
+        let half = self.hub.limits.timeout / 2;
+        if self.has_greeted && self.heard.elapsed() > half && self.asked.elapsed() > half {
+            self.asked = Instant::now();
+            self.peer.say(0, wire::Ping { token: 0 });
         }
     }
 

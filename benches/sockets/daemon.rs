@@ -1,0 +1,75 @@
+//! A daemon process, for as long as a measurement takes.
+//!
+//! In: the program. Out: its socket, its memory. Invariants: it is gone when this is.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+
+/// A running daemon.
+pub struct Daemon {
+    child: Child,
+    /// Where it listens.
+    pub socket: PathBuf,
+    _folder: tempfile::TempDir,
+}
+
+impl Daemon {
+    /// Starts one, and waits until it listens.
+    pub fn start(hopes: &Path, arguments: &[&str]) -> anyhow::Result<Self> {
+        let folder = tempfile::tempdir()?;
+        let socket = folder.path().join("hopes.sock");
+        let child = Command::new(hopes)
+            .args(["--quiet", "serve", "--listen"])
+            .arg(format!("unix:{}", socket.display()))
+            .args(arguments)
+            .spawn()
+            .with_context(|| format!("cannot start {}", hopes.display()))?;
+        let deadline = Instant::now() + Duration::from_secs(10);
+        while !socket.exists() {
+            anyhow::ensure!(Instant::now() < deadline, "the daemon does not listen");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Ok(Self { child, socket, _folder: folder })
+    }
+
+    /// Memory now, and at the most so far, in MiB.
+    pub fn memory(&self) -> (u64, u64) {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap_or_default();
+        let field = |name: &str| {
+            let line = status.lines().find_map(|line| line.strip_prefix(name));
+            line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok()).unwrap_or(0) / 1024
+        };
+        (field("VmRSS:"), field("VmHWM:"))
+    }
+
+    /// Asks it to end, and tells whether it did so in good order.
+    pub fn stop(mut self) -> anyhow::Result<bool> {
+        signal(self.child.id(), rustix::process::Signal::TERM);
+        let deadline = Instant::now() + Duration::from_secs(15);
+        while Instant::now() < deadline {
+            if let Some(status) = self.child.try_wait()? {
+                return Ok(status.success());
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Ok(false)
+    }
+}
+
+impl Drop for Daemon {
+    fn drop(&mut self) {
+        // It may have ended already.
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+/// Sends a signal to a process of ours.
+pub fn signal(process: u32, signal: rustix::process::Signal) {
+    if let Some(process) = rustix::process::Pid::from_raw(process as i32) {
+        let _ = rustix::process::kill_process(process, signal);
+    }
+}

@@ -1,0 +1,72 @@
+//! What the sockets of a daemon cost, and whether it stays whole under load: `cargo run --release --example sockets -- latency|ingest|bytes|soak`.
+//!
+//! In: options; the program `hopes` of the same build, started for each run. Out: a table on stdout; exit code 1 if anything that must hold does not. Invariants: whatever a consumer
+//! holds was proved by its checksum. Must not know: how the daemon works inside.
+
+mod daemon;
+mod figures;
+mod peer;
+mod soak;
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+/// Measure a daemon's sockets.
+#[derive(Debug, Parser)]
+struct Args {
+    /// The program to measure [default: the one beside this].
+    #[arg(long, global = true)]
+    hopes: Option<PathBuf>,
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// From a commit until a consumer holds the frame, beside the engine's own time.
+    Latency {
+        /// Vertices.
+        #[arg(long, default_value_t = 10_000)]
+        points: usize,
+        /// Points replaced a frame.
+        #[arg(long, default_value_t = 1_000)]
+        replace: usize,
+        /// Frames.
+        #[arg(long, default_value_t = 600)]
+        frames: usize,
+        /// A second.
+        #[arg(long, default_value_t = 20.0)]
+        rate: f64,
+    },
+    /// Points a second, without frames.
+    Ingest {
+        /// How many.
+        #[arg(long, default_value_t = 20_000_000)]
+        points: usize,
+    },
+    /// Bytes of a frame beside those of a snapshot.
+    Bytes {
+        /// Vertices.
+        #[arg(long, default_value_t = 100_000)]
+        points: usize,
+        /// Points replaced a frame, in one place.
+        #[arg(long, default_value_t = 1_000)]
+        replace: usize,
+    },
+    /// Many peers, some of them badly behaved.
+    Soak(soak::Soak),
+}
+
+fn main() -> anyhow::Result<()> {
+    let args = Args::parse();
+    let beside = std::env::current_exe()?.parent().and_then(|examples| Some(examples.parent()?.join("hopes")));
+    let hopes = args.hopes.or(beside).filter(|path| path.exists());
+    let hopes = hopes.ok_or_else(|| anyhow::anyhow!("there is no hopes beside this: build it, or give --hopes"))?;
+    match args.what {
+        What::Latency { points, replace, frames, rate } => figures::latency(&hopes, points, replace, frames, rate),
+        What::Ingest { points } => figures::ingest(&hopes, points),
+        What::Bytes { points, replace } => figures::bytes(&hopes, points, replace),
+        What::Soak(soak) => soak.run(&hopes),
+    }
+}

@@ -1,0 +1,79 @@
+//! A peer of a daemon, as plain as can be: a socket, a decoder, messages.
+//!
+//! In: a socket's path. Out: messages, whole. Invariants: pings are answered; an error of the daemon is an error here.
+
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use hopes_protocol::{
+    Banner, Cut, Decoder, DotsWanted, Hello, LARGEST_FRAME, Message, Pong, Resume, Simplify, Subscribe, VERSION, View,
+    encode,
+};
+
+/// A connection.
+pub struct Peer {
+    stream: UnixStream,
+    decoder: Decoder,
+    buffer: Vec<u8>,
+    /// Bytes received so far.
+    pub received: u64,
+}
+
+impl Peer {
+    /// Connects and greets.
+    pub fn connect(socket: &Path) -> anyhow::Result<Self> {
+        let stream = UnixStream::connect(socket).context("cannot connect")?;
+        stream.set_read_timeout(Some(Duration::from_secs(60)))?;
+        let mut peer = Self { stream, decoder: Decoder::new(LARGEST_FRAME), buffer: vec![0; 1 << 16], received: 0 };
+        peer.stream.write_all(&Banner::OURS.encode())?;
+        peer.send(0, Hello { software: "sockets".to_owned(), capabilities: Vec::new() })?;
+        while peer.decoder.banner()?.is_none() {
+            peer.fill()?;
+        }
+        match peer.receive()? {
+            (0, Message::Welcome(_)) => Ok(peer),
+            (_, other) => bail!("instead of Welcome came {other:?}"),
+        }
+    }
+
+    /// Sends a message.
+    pub fn send(&mut self, channel: u32, message: impl Into<Message>) -> anyhow::Result<()> {
+        Ok(self.stream.write_all(&encode(VERSION, channel, &message.into())?)?)
+    }
+
+    /// The next message; waits for it.
+    pub fn receive(&mut self) -> anyhow::Result<(u32, Message)> {
+        loop {
+            if let Some(frame) = self.decoder.frame()? {
+                match frame.message()? {
+                    Message::Ping(ping) => self.send(0, Pong { token: ping.token })?,
+                    Message::Error(report) => bail!("the daemon says: {}", report.text),
+                    message => return Ok((frame.channel, message)),
+                }
+            } else {
+                self.fill()?;
+            }
+        }
+    }
+
+    /// Another connection's end of the same socket, for a second thread.
+    pub fn split(&self) -> anyhow::Result<UnixStream> {
+        Ok(self.stream.try_clone()?)
+    }
+
+    fn fill(&mut self) -> anyhow::Result<()> {
+        let length = self.stream.read(&mut self.buffer)?;
+        anyhow::ensure!(length > 0, "the daemon has hung up");
+        self.received += length as u64;
+        self.decoder.push(&self.buffer[..length]);
+        Ok(())
+    }
+}
+
+/// A wish to follow one stream.
+pub fn subscribe(stream: &str, cut: Cut, simplify: Simplify, resume: Option<Resume>) -> Subscribe {
+    Subscribe { pattern: stream.to_owned(), view: View { cut, simplify }, dots: DotsWanted::No, resume }
+}
