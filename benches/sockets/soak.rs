@@ -89,7 +89,7 @@ impl Shared {
 impl Soak {
     pub fn run(self, hopes: &Path) -> anyhow::Result<()> {
         // Small bounds, so that they are met.
-        let mut arguments = vec!["--history", "4MiB", "--consumer-queue", "64KiB", "--timeout", "30s"];
+        let mut arguments = vec!["--history", "4MiB", "--consumer-queue", "64KiB"];
         arguments.extend(self.check.then_some("--check"));
         let daemon = Daemon::start(hopes, &arguments)?;
         let shared = Arc::new(Shared {

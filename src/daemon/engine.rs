@@ -159,7 +159,9 @@ impl Engine {
             Input::Commit(time) => {
                 if let Some(Err(refusal)) = time.map(|time| self.pipeline.feed_time(time)) {
                     self.rejected += 1;
-                    self.complaints.add(&refusal)?;
+                    if matches!(origin, Origin::Stdin) {
+                        self.complaints.add(&refusal)?;
+                    }
                 }
                 self.close_frame(time.filter(|time| time.is_finite()))?;
                 if let Origin::Peer { channel, sequence, .. } = &origin {

@@ -81,7 +81,7 @@ impl Listener {
         self.is_ending.store(true, Ordering::Release);
         // Accepting ends when somebody comes.
         let has_come = match &*self.bound {
-            Bound::Unix(_, path, _) => UnixStream::connect(path).is_ok(),
+            Bound::Unix(_, path, identity) => is_still(path, *identity) && UnixStream::connect(path).is_ok(),
             Bound::Tcp(listener) => listener.local_addr().is_ok_and(|at| {
                 let loopback =
                     if at.is_ipv4() { IpAddr::from([127, 0, 0, 1]) } else { IpAddr::from([0, 0, 0, 0, 0, 0, 0, 1]) };
@@ -94,7 +94,7 @@ impl Listener {
             tracing::error!("a listener's thread stopped by itself: please report this");
         }
         if let Bound::Unix(_, path, identity) = &*self.bound
-            && identity_of(path).is_ok_and(|found| found == *identity)
+            && is_still(path, *identity)
         {
             let _ = fs::remove_file(path);
         }
@@ -165,6 +165,11 @@ fn bind_unix(path: &Path, address: &Address) -> Result<Bound, ListenError> {
     let _ = fs::remove_file(&within);
     let _ = fs::remove_dir(&folder);
     bound.map_err(system)
+}
+
+/// Whether our socket is there, and not one that somebody has put in its place.
+fn is_still(path: &Path, identity: (u64, u64)) -> bool {
+    identity_of(path).is_ok_and(|found| found == identity)
 }
 
 fn identity_of(path: &Path) -> io::Result<(u64, u64)> {

@@ -21,7 +21,7 @@ use std::sync::{Arc, Mutex};
 
 use crossbeam_channel::Sender;
 use hopes_protocol as wire;
-use wildmatch::WildMatch;
+use wildmatch::WildMatchPattern;
 
 use super::convert::encoded;
 use super::seat::{Control, Seat};
@@ -46,6 +46,8 @@ pub struct Peer {
     goodbye: Mutex<Option<wire::Shared>>,
     /// Nothing more is to be read.
     is_ending: AtomicBool,
+    /// Nothing more is to be said: it would not be understood.
+    is_strange: AtomicBool,
 }
 
 impl Peer {
@@ -58,6 +60,7 @@ impl Peer {
             bell,
             goodbye: Mutex::default(),
             is_ending: AtomicBool::new(false),
+            is_strange: AtomicBool::new(false),
         }
     }
 
@@ -71,6 +74,12 @@ impl Peer {
     /// Says goodbye when everything else was sent, and hangs up.
     fn say_goodbye(&self, reason: &str, streams: Vec<(String, u64)>) {
         *lock(&self.goodbye) = encoded(wire::Goodbye { reason: reason.to_owned(), streams });
+        let _ = self.bell.try_send(());
+    }
+
+    /// Hangs up without a word.
+    fn hang_up(&self) {
+        self.is_strange.store(true, Ordering::Release);
         let _ = self.bell.try_send(());
     }
 
@@ -132,12 +141,15 @@ impl ProducerChannel {
     }
 }
 
+/// Matches names in which `*` stands for any run of characters. No name has a NUL, so nothing stands for a single one.
+type Pattern = WildMatchPattern<'*', '\0'>;
+
 /// A channel on which a peer follows streams.
 #[derive(Debug)]
 pub struct Subscription {
     channel: u32,
     peer: Arc<Peer>,
-    pattern: WildMatch,
+    pattern: Pattern,
     /// What those streams are seen in that come later.
     look: Mutex<wire::ChangeView>,
 }

@@ -10,13 +10,11 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use hopes_protocol::{self as wire, ErrorCode, Message};
-use wildmatch::WildMatch;
-
-use super::{Debt, Peer, ProducerChannel, Subscription, report};
+use super::{Debt, Pattern, Peer, ProducerChannel, Subscription, report};
 use crate::daemon::convert;
 use crate::daemon::inbox::{Batch, Ended, Input, Item, Origin};
 use crate::daemon::streams::{Hub, Stream, lock};
+use hopes_protocol::{self as wire, ErrorCode, Message};
 
 /// What this daemon calls itself.
 pub const SOFTWARE: &str = concat!("hopes ", env!("CARGO_PKG_VERSION"));
@@ -33,6 +31,8 @@ enum End {
     Polite,
     /// It cannot go on.
     Failed(wire::Report),
+    /// The two have no version in common; the banners have said so.
+    Strange(wire::NoCommonVersion),
 }
 
 /// What a channel is for.
@@ -64,6 +64,11 @@ pub fn run(hub: &Arc<Hub>, peer: &Arc<Peer>) {
             let text = report.text.clone();
             peer.say(0, report);
             text
+        }
+        End::Strange(error) => {
+            tracing::info!("{}: {error}", peer.label);
+            hub.count_refused_message();
+            return peer.hang_up();
         }
     };
     if !peer.is_ending.load(Ordering::Acquire) {
@@ -141,8 +146,7 @@ impl Reader<'_> {
         let broken = |error: wire::FrameError| End::Failed(report(ErrorCode::BadFrame, 0, error.to_string()));
         if !self.has_banner {
             let Some(theirs) = self.decoder.banner().map_err(broken)? else { return Ok(()) };
-            let agreed = wire::Banner::OURS.agree(theirs);
-            let version = agreed.map_err(|error| End::Failed(report(ErrorCode::BadFrame, 0, error.to_string())))?;
+            let version = wire::Banner::OURS.agree(theirs).map_err(End::Strange)?;
             self.decoder.set_version(version);
             self.has_banner = true;
         }
@@ -391,9 +395,9 @@ impl Reader<'_> {
 /// The protocol's word for what was wrong, and the same for people.
 type Refused = (ErrorCode, String);
 
-fn pattern(pattern: &str) -> Result<WildMatch, Refused> {
+fn pattern(pattern: &str) -> Result<Pattern, Refused> {
     if wire::is_pattern(pattern) {
-        Ok(WildMatch::new(pattern))
+        Ok(Pattern::new(pattern))
     } else {
         let text = format!(
             "{pattern:?} is no name or pattern: it has 1 to {} bytes and no control character",

@@ -6,6 +6,7 @@
 use std::io;
 use std::net::Shutdown;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::Receiver;
@@ -44,6 +45,9 @@ impl Writer<'_> {
         // Whoever hears nothing for half of the timeout asks: it need not come to that.
         let patience = self.limits.heartbeat.min(self.limits.timeout / 4);
         loop {
+            if self.peer.is_strange.load(Ordering::Acquire) {
+                return Ok(());
+            }
             while self.round()? {}
             self.flush()?;
             let goodbye = lock(&self.peer.goodbye).take();
