@@ -16,7 +16,7 @@ use super::answer::{Answer, Problem};
 use super::complaints::Complaints;
 use super::inbox::{Batch, Input, Item, Origin};
 use super::seat::Control;
-use super::streams::{Hub, Stream, lock};
+use super::streams::{ENDED, Hub, Stream, lock};
 use super::views::{Eye, Views};
 use super::{DaemonError, StreamSettings, convert};
 
@@ -104,7 +104,7 @@ impl Engine {
         self.complaints.sum_up();
         worked?;
         requests.try_iter().for_each(|control| self.serve(control));
-        let reason = if self.is_over { "a producer has ended the stream" } else { "the stream has ended" };
+        let reason = if self.is_over { "a producer has ended the stream" } else { ENDED };
         self.views.close(self.pipeline.committed(), reason);
         for channel in lock(&self.stream.producers).drain(..).filter_map(|channel| channel.upgrade()) {
             channel.close(self.pipeline.committed());

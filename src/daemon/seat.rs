@@ -202,8 +202,8 @@ impl Seat {
         let merged = convert::merged(self.stream.number, at, run);
         let message = encoded(merged)?;
         let mut state = self.lock();
-        if u64::from(message.length) > convert::snapshot_size(&last.info) && !state.is_closed && !state.is_waiting {
-            self.ask_for_snapshot(&mut state, at);
+        let is_long = u64::from(message.length) > convert::snapshot_size(&last.info);
+        if is_long && !state.is_closed && !state.is_waiting && self.ask_for_snapshot(&mut state, at) {
             return None;
         }
         state.last = Instant::now();
@@ -217,9 +217,13 @@ impl Seat {
         }
     }
 
-    fn ask_for_snapshot(self: &Arc<Self>, state: &mut State, at: u64) {
-        (state.at, state.is_waiting) = (at, true);
-        self.stream.ask(Control::Snapshot(Arc::clone(self)));
+    /// Whether the engine was asked. It takes this seat's lock, so it must not be waited for here; the next round asks again.
+    fn ask_for_snapshot(self: &Arc<Self>, state: &mut State, at: u64) -> bool {
+        let is_asked = self.stream.try_ask(Control::Snapshot(Arc::clone(self)));
+        if is_asked {
+            (state.at, state.is_waiting) = (at, true);
+        }
+        is_asked
     }
 
     /// The newest dots, if the consumer has their frame and they are not what it was sent before.

@@ -6,12 +6,12 @@
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread::{self, JoinHandle};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use crossbeam_channel::{Sender, unbounded};
+use crossbeam_channel::{Receiver, Sender, bounded};
 use hopes::topology::Options;
 use hopes_protocol as wire;
 
@@ -20,8 +20,14 @@ use super::convert;
 use super::engine::{Engine, Sources};
 use super::inbox::{Inbox, Overload};
 use super::peer::{ProducerChannel, Subscription};
-use super::seat::Control;
+use super::seat::{Control, Seat};
 use super::{DaemonError, Limits, StreamSettings};
+
+/// What consumers of a stream are told at its end.
+pub const ENDED: &str = "the stream has ended";
+
+/// What seats may ask of an engine before they have to wait.
+const REQUESTS: usize = 1024;
 
 /// A stream, as everybody sees it.
 #[derive(Debug)]
@@ -42,7 +48,8 @@ pub struct Stream {
     pub stats: Stats,
     /// Who feeds it.
     pub producers: Mutex<Vec<Weak<ProducerChannel>>>,
-    /// Seats ask for one thing at a time, so their number bounds what waits here.
+    has_ended: AtomicBool,
+    /// What seats ask; whoever asks when the engine is far behind has to wait, so nobody may hold a lock then that the engine takes.
     control: Sender<Control>,
 }
 
@@ -50,6 +57,19 @@ impl Stream {
     /// Asks the engine for something. An engine that has ended says so by itself.
     pub fn ask(&self, control: Control) {
         let _ = self.control.send(control);
+    }
+
+    /// Asks the engine for a place.
+    pub fn join(&self, seat: &Arc<Seat>, view: wire::View, resume: Option<wire::Resume>) {
+        self.ask(Control::Join(Arc::clone(seat), view, resume));
+        if self.has_ended.load(Ordering::SeqCst) {
+            seat.close(self.stats.frame(), ENDED);
+        }
+    }
+
+    /// Asks the engine for something, unless that would take waiting; whether it was asked.
+    pub fn try_ask(&self, control: Control) -> bool {
+        self.control.try_send(control).is_ok()
     }
 
     /// What it is.
@@ -212,7 +232,9 @@ impl Hub {
             return Ok((Arc::clone(stream), false));
         }
         let settings = StreamSettings { options, ..StreamSettings::default() };
-        self.create(&mut state, &open.name, settings, Sources::default()).map(|stream| (stream, true))
+        let stream = self.create(&mut state, &open.name, settings, Sources::default())?;
+        seat_all(state, &stream);
+        Ok((stream, true))
     }
 
     /// Makes a stream of the daemon's own.
@@ -230,7 +252,9 @@ impl Hub {
             let text = format!("stream {name:?} is there already: give each a name of its own");
             return Err(OpenError { code: wire::ErrorCode::BadName, text });
         }
-        self.create(&mut state, name, settings, sources)
+        let stream = self.create(&mut state, name, settings, sources)?;
+        seat_all(state, &stream);
+        Ok(stream)
     }
 
     fn create(
@@ -245,7 +269,7 @@ impl Hub {
             return Err(OpenError { code: wire::ErrorCode::TooManyStreams, text });
         }
         let (inbox, bell) = Inbox::new(self.limits.waiting_points, self.overload);
-        let (control, requests) = unbounded();
+        let (control, requests) = bounded(REQUESTS);
         state.opened += 1;
         let stream = Arc::new(Stream {
             number: state.opened,
@@ -256,13 +280,14 @@ impl Hub {
             board: Board::default(),
             stats: Stats::default(),
             producers: Mutex::default(),
+            has_ended: AtomicBool::new(false),
             control,
         });
         let engine = Engine::new(Arc::clone(self), Arc::clone(&stream), settings, self.is_checking, sources);
         let (hub, supervised) = (Arc::clone(self), Arc::clone(&stream));
         let spawned = thread::Builder::new()
             .name(format!("engine {}", stream.number))
-            .spawn(move || hub.supervise(&supervised, || engine.run(&bell, &requests)));
+            .spawn(move || hub.supervise(&supervised, &requests, || engine.run(&bell, &requests)));
         let handle = spawned.map_err(|error| OpenError {
             code: wire::ErrorCode::TooManyStreams,
             text: format!("the system gave no thread for stream {name:?}: {error}"),
@@ -271,16 +296,25 @@ impl Hub {
         state.engines.push(handle);
         state.streams.insert(name.to_owned(), Arc::clone(&stream));
         tracing::debug!("stream {name:?} opened: {:?}", settings.options);
-        for subscription in state.subscriptions.iter().filter(|subscription| subscription.matches(name)) {
-            subscription.sit_down(&stream, None);
-        }
         Ok(stream)
     }
 
     /// Runs an engine to its end, whatever that is.
-    fn supervise(&self, stream: &Arc<Stream>, run: impl FnOnce() -> Result<(), DaemonError>) {
+    fn supervise(
+        &self,
+        stream: &Arc<Stream>,
+        requests: &Receiver<Control>,
+        run: impl FnOnce() -> Result<(), DaemonError>,
+    ) {
         let result = catch_unwind(AssertUnwindSafe(run)).unwrap_or(Err(DaemonError::Thread("engine")));
         stream.inbox.close();
+        stream.has_ended.store(true, Ordering::SeqCst);
+        // Whoever has sat down too late for the engine sees the end here, or by himself.
+        for control in requests.try_iter() {
+            if let Control::Join(seat, ..) = control {
+                seat.close(stream.stats.frame(), ENDED);
+            }
+        }
         let mut state = self.lock();
         if state.streams.get(&stream.name).is_some_and(|current| Arc::ptr_eq(current, stream)) {
             state.streams.remove(&stream.name);
@@ -306,10 +340,11 @@ impl Hub {
     /// Seats a subscription before all streams that it matches, now and later.
     pub fn subscribe(&self, subscription: Arc<Subscription>, resume: Option<wire::Resume>) {
         let mut state = self.lock();
-        for stream in state.streams.values().filter(|stream| subscription.matches(&stream.name)) {
-            subscription.sit_down(stream, resume);
-        }
-        state.subscriptions.push(subscription);
+        let streams: Vec<Arc<Stream>> =
+            state.streams.values().filter(|stream| subscription.matches(&stream.name)).cloned().collect();
+        state.subscriptions.push(Arc::clone(&subscription));
+        drop(state);
+        streams.iter().for_each(|stream| subscription.sit_down(stream, resume));
     }
 
     /// Forgets a subscription.
@@ -374,6 +409,14 @@ impl Hub {
     fn lock(&self) -> MutexGuard<'_, State> {
         lock(&self.state)
     }
+}
+
+/// Seats everybody before a new stream who wants to follow streams of its name. Whoever subscribes from here on finds it by himself.
+fn seat_all(state: MutexGuard<'_, State>, stream: &Arc<Stream>) {
+    let matches = |subscription: &&Arc<Subscription>| subscription.matches(&stream.name);
+    let subscriptions: Vec<Arc<Subscription>> = state.subscriptions.iter().filter(matches).cloned().collect();
+    drop(state);
+    subscriptions.iter().for_each(|subscription| subscription.sit_down(stream, None));
 }
 
 /// What these locks guard is whole between any two statements, so a panic elsewhere leaves it usable.

@@ -38,7 +38,8 @@ pub struct Peer {
     pub label: String,
     socket: Socket,
     outbox: Arc<Outbox>,
-    /// Its places before streams, each with the channel that it belongs to.
+    /// Its places before streams, each with the channel that it belongs to. No engine takes this lock, so engines may be asked under it: a seat is
+    /// then joined before it is left.
     seats: Mutex<Vec<(u32, Arc<Seat>)>>,
     /// Tells the writer that there is something to send.
     bell: Sender<()>,
@@ -89,17 +90,16 @@ impl Peer {
         self.socket.shutdown(std::net::Shutdown::Read);
     }
 
-    /// Leaves the streams that a channel follows, or all of them.
-    fn leave_seats(&self, of_channel: Option<u32>) {
-        let leaves = |channel: &u32| of_channel.is_none_or(|number| number == *channel);
-        let (left, stay) =
-            std::mem::take(&mut *lock(&self.seats)).into_iter().partition(|(channel, _)| leaves(channel));
-        *lock(&self.seats) = stay;
-        let left: Vec<(u32, Arc<Seat>)> = left;
-        for (_, seat) in left {
-            seat.vacate();
-            seat.stream.ask(Control::Leave(Arc::clone(&seat)));
-        }
+    /// Leaves the streams that a channel follows.
+    fn leave_seats(&self, of_channel: u32) {
+        lock(&self.seats).retain(|(channel, seat)| {
+            let leaves = *channel == of_channel;
+            if leaves {
+                seat.vacate();
+                seat.stream.ask(Control::Leave(Arc::clone(seat)));
+            }
+            !leaves
+        });
     }
 }
 
@@ -152,6 +152,8 @@ pub struct Subscription {
     pattern: Pattern,
     /// What those streams are seen in that come later.
     look: Mutex<wire::ChangeView>,
+    /// Nothing is followed any more.
+    is_over: AtomicBool,
 }
 
 impl Subscription {
@@ -162,10 +164,20 @@ impl Subscription {
 
     /// Takes a place before a stream.
     pub fn sit_down(&self, stream: &Arc<Stream>, resume: Option<wire::Resume>) {
+        let mut seats = lock(&self.peer.seats);
+        if self.is_over.load(Ordering::Acquire) {
+            return;
+        }
         let look = *lock(&self.look);
         let seat = Arc::new(Seat::new(Arc::clone(stream), look.dots, self.peer.bell.clone()));
-        lock(&self.peer.seats).push((self.channel, Arc::clone(&seat)));
-        stream.ask(Control::Join(seat, look.view, resume));
+        seats.push((self.channel, Arc::clone(&seat)));
+        stream.join(&seat, look.view, resume);
+    }
+
+    /// Takes no place any more, and leaves those that it has.
+    fn end(&self) {
+        self.is_over.store(true, Ordering::Release);
+        self.peer.leave_seats(self.channel);
     }
 
     /// Tells that a stream is no more.
@@ -176,8 +188,9 @@ impl Subscription {
     }
 
     fn change(&self, change: wire::ChangeView) {
+        let seats = lock(&self.peer.seats);
         *lock(&self.look) = change;
-        for (_, seat) in lock(&self.peer.seats).iter().filter(|(channel, _)| *channel == self.channel) {
+        for (_, seat) in seats.iter().filter(|(channel, _)| *channel == self.channel) {
             seat.stream.ask(Control::ChangeView(Arc::clone(seat), change));
         }
     }

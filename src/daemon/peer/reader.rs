@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 use std::net::Shutdown;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -321,8 +321,8 @@ impl Reader<'_> {
             return Err((ErrorCode::BadName, "only one stream can be resumed: name it without *".to_owned()));
         }
         let look = wire::ChangeView { view: subscribe.view, dots: subscribe.dots };
-        let subscription =
-            Arc::new(Subscription { channel, peer: Arc::clone(self.peer), pattern, look: Mutex::new(look) });
+        let (peer, look, is_over) = (Arc::clone(self.peer), Mutex::new(look), AtomicBool::new(false));
+        let subscription = Arc::new(Subscription { channel, peer, pattern, look, is_over });
         self.channels.insert(channel, Conversation::Consumer(Arc::clone(&subscription)));
         self.hub.subscribe(subscription, subscribe.resume);
         Ok(())
@@ -339,7 +339,7 @@ impl Reader<'_> {
         let subscription = Arc::clone(self.subscription(channel)?);
         self.hub.unsubscribe(&subscription);
         self.channels.remove(&channel);
-        self.peer.leave_seats(Some(channel));
+        subscription.end();
         self.peer.say(channel, wire::Unsubscribed {});
         Ok(())
     }
@@ -378,11 +378,13 @@ impl Reader<'_> {
         for (_, conversation) in self.channels.drain() {
             if let Conversation::Consumer(subscription) = conversation {
                 self.hub.unsubscribe(&subscription);
+                // A daemon that ends still shows consumers what its engines have in hand.
+                if !is_ending {
+                    subscription.end();
+                }
             }
         }
-        // A daemon that ends still shows consumers what its engines have in hand.
         if !is_ending {
-            self.peer.leave_seats(None);
             let deadline = Instant::now() + self.hub.limits.timeout;
             while !self.peer.outbox.is_even() && Instant::now() < deadline {
                 std::thread::sleep(Duration::from_millis(5));
