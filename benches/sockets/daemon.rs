@@ -3,7 +3,7 @@
 //! In: the program. Out: its socket, its memory. Invariants: it is gone when this is.
 
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command};
+use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -19,12 +19,24 @@ pub struct Daemon {
 impl Daemon {
     /// Starts one, and waits until it listens.
     pub fn start(hopes: &Path, arguments: &[&str]) -> anyhow::Result<Self> {
+        Self::start_with(hopes, &[&["--quiet"], arguments].concat(), Stdio::inherit())
+    }
+
+    /// Starts one that tells how long each frame took. Gives its log.
+    pub fn start_traced(hopes: &Path) -> anyhow::Result<(Self, ChildStderr)> {
+        let mut daemon = Self::start_with(hopes, &["-vv"], Stdio::piped())?;
+        let log = daemon.child.stderr.take().context("the daemon has no log")?;
+        Ok((daemon, log))
+    }
+
+    fn start_with(hopes: &Path, arguments: &[&str], log: Stdio) -> anyhow::Result<Self> {
         let folder = tempfile::tempdir()?;
         let socket = folder.path().join("hopes.sock");
         let child = Command::new(hopes)
-            .args(["--quiet", "serve", "--listen"])
+            .args(["serve", "--listen"])
             .arg(format!("unix:{}", socket.display()))
             .args(arguments)
+            .stderr(log)
             .spawn()
             .with_context(|| format!("cannot start {}", hopes.display()))?;
         let deadline = Instant::now() + Duration::from_secs(10);

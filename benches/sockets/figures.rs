@@ -2,11 +2,11 @@
 //!
 //! In: the program and sizes. Out: a line each. Invariants: both sides of a comparison do the same work on the same points, in one run.
 
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use hopes::topology::{Follower, Options, Pipeline, ViewSpec, Window as CoreWindow};
 use hopes_protocol::{Batch, Commit, Cut, Message, Mirror, Open, Simplify, Window};
 
 use crate::daemon::Daemon;
@@ -48,9 +48,8 @@ pub fn latency(hopes: &Path, points: usize, replace: usize, frames: usize, rate:
     let mut random = Random(7);
     let first = random.points(points);
     let batches: Vec<_> = (0..frames).map(|_| random.points(replace)).collect();
-    let alone = engine_alone(points, &first, &batches, rate);
-
-    let daemon = Daemon::start(hopes, &[])?;
+    let (daemon, log) = Daemon::start_traced(hopes)?;
+    let engine = thread::spawn(move || engine_times(log));
     let start = Instant::now();
     let socket = daemon.socket.clone();
     let mut producer = Peer::connect(&socket)?;
@@ -88,44 +87,37 @@ pub fn latency(hopes: &Path, points: usize, replace: usize, frames: usize, rate:
         thread::sleep(due.saturating_duration_since(Instant::now()));
     }
     let mut held = consumer.join().map_err(|_| anyhow::anyhow!("the consumer panicked"))??;
-    // The first frames are made in one pass, and build tiles: what is asked is how frames go on.
-    let skipped = held.len() / 10;
-    let mut added: Vec<f64> = held.iter().zip(&alone).map(|(held, alone)| held - alone).skip(skipped).collect();
-    let mut alone = alone[skipped..].to_vec();
-    held.drain(..skipped);
+    daemon.stop()?;
+    // The consumer has the first frame as a snapshot.
+    let mut alone = engine.join().map_err(|_| anyhow::anyhow!("reading the log panicked"))?.split_off(1);
+    anyhow::ensure!(alone.len() == held.len(), "{} frames in the log, {} with the consumer", alone.len(), held.len());
+    let mut added: Vec<f64> = held.iter().zip(&alone).map(|(held, alone)| held - alone).collect();
     for list in [&mut held, &mut alone, &mut added] {
         list.sort_unstable_by(f64::total_cmp);
     }
     println!("{points} points, {replace} replaced a frame, {frames} frames, milliseconds: median, 99th percentile");
-    for (name, list) in [("commit to consumer", &held), ("engine alone", &alone), ("added, frame by frame", &added)] {
-        println!("{name:24} {:8.3} {:8.3}", percentile(list, 0.5) * 1e3, percentile(list, 0.99) * 1e3);
+    for (name, list) in [("commit to consumer", &held), ("of which the engine", &alone), ("the daemon adds", &added)] {
+        println!("{name:20} {:8.3} {:8.3}", percentile(list, 0.5) * 1e3, percentile(list, 0.99) * 1e3);
     }
-    daemon.stop()?;
     Ok(())
 }
 
-/// Seconds that each batch takes in a pipeline of this process, at the same pace.
-fn engine_alone(window: usize, first: &[(f64, f64)], batches: &[Vec<(f64, f64)>], rate: f64) -> Vec<f64> {
-    let window = std::num::NonZeroU64::new(window as u64).map_or(CoreWindow::All, CoreWindow::Points);
-    let mut pipeline = Pipeline::new(Options { window, resolution: None });
-    let mut follower = Follower::new(ViewSpec::default());
-    let mut step = |points: &[(f64, f64)]| {
-        let begun = Instant::now();
-        for &(x, y) in points {
-            let _ = pipeline.feed_point(x, y, None);
-        }
-        pipeline.commit(None);
-        pipeline.poll_step(&mut follower);
-        begun.elapsed().as_secs_f64()
-    };
-    step(first);
-    let mut due = Instant::now();
-    let mut paced = |points: &Vec<(f64, f64)>| {
-        due += Duration::from_secs_f64(1.0 / rate);
-        thread::sleep(due.saturating_duration_since(Instant::now()));
-        step(points)
-    };
-    batches.iter().map(&mut paced).collect()
+/// Seconds that each frame took the engine, as the daemon's log says.
+fn engine_times(log: impl Read) -> Vec<f64> {
+    let mut times = Vec::new();
+    for line in BufReader::new(log).lines().map_while(Result::ok) {
+        let said = line.rsplit_once(" took ").filter(|(before, _)| before.contains("frame"));
+        let Some((_, duration)) = said else { continue };
+        let number = duration.trim_end_matches(|unit: char| !unit.is_ascii_digit());
+        let scale = match &duration[number.len()..] {
+            "s" => 1.0,
+            "ms" => 1e-3,
+            "µs" => 1e-6,
+            _ => 1e-9,
+        };
+        times.push(number.parse::<f64>().map_or(f64::NAN, |number| number * scale));
+    }
+    times
 }
 
 pub fn ingest(hopes: &Path, points: usize) -> anyhow::Result<()> {

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, never, select, tick};
 use hopes::topology::{Contradiction, Follower, Pipeline, VertexId, ViewSpec, Window};
@@ -63,6 +63,8 @@ pub struct Engine {
     /// Whether anything came since the last frame.
     pending: bool,
     newest_time: Option<f64>,
+    /// Time that the frame in hand has taken so far.
+    worked: Duration,
     /// A producer has ended the stream.
     is_over: bool,
 }
@@ -92,6 +94,7 @@ impl Engine {
             points: 0,
             pending: false,
             newest_time: None,
+            worked: Duration::ZERO,
             is_over: false,
         }
     }
@@ -194,6 +197,7 @@ impl Engine {
     fn insert(&mut self, batch: &Batch, origin: &Origin) -> Result<(), DaemonError> {
         let mut answer = Answer::new(batch);
         let no_room = self.no_room();
+        let begun = Instant::now();
         for (index, &(x, y)) in batch.positions.iter().enumerate() {
             self.pending = true;
             let time = batch.times.get(index).copied();
@@ -206,6 +210,7 @@ impl Engine {
                 self.close_frame(None)?;
             }
         }
+        self.worked += begun.elapsed();
         self.tell();
         answer.send(origin, &self.stream.stats);
         Ok(())
@@ -270,11 +275,14 @@ impl Engine {
 
     /// Closes the frame in hand, and tells everybody who looks.
     fn close_frame(&mut self, time: Option<f64>) -> Result<(), DaemonError> {
+        let begun = Instant::now();
         let number = self.pipeline.commit(time.or(self.newest_time));
+        let worked = std::mem::take(&mut self.worked) + begun.elapsed();
         let rejected = std::mem::take(&mut self.rejected);
         (self.points, self.pending) = (0, false);
         self.stream.stats.set_frame(number);
-        self.views.publish(&mut self.pipeline, rejected);
+        let worked = worked + self.views.publish(&mut self.pipeline, rejected);
+        tracing::trace!("stream {:?}: frame {number} took {worked:?}", self.stream.name);
         self.feed_tap(rejected)?;
         if self.is_checking {
             self.check()?;

@@ -114,13 +114,17 @@ impl Views {
         self.show_dots(pipeline);
     }
 
-    /// Tells of the newest frame, if anybody looks.
-    pub fn publish(&mut self, pipeline: &mut Pipeline, rejected: u64) {
+    /// Tells of the newest frame, if anybody looks. Gives the time that computing took, telling left out.
+    pub fn publish(&mut self, pipeline: &mut Pipeline, rejected: u64) -> Duration {
         self.rejected = rejected;
+        let mut took = Duration::ZERO;
         self.watched.retain(|watched| watched.idle_since.is_none_or(|since| since.elapsed() < KEPT));
         for watched in &mut self.watched {
             watched.snapshot = None;
-            let Some(step) = watched.eye.look(pipeline) else { continue };
+            let begun = Instant::now();
+            let seen = watched.eye.look(pipeline);
+            took += begun.elapsed();
+            let Some(step) = seen else { continue };
             if let Some(entry) = entry(self.stream.number, watched.group.view, step, rejected) {
                 watched.group.publish(entry, self.history);
             }
@@ -130,6 +134,7 @@ impl Views {
             self.give_snapshot(&seat, cause, pipeline);
         }
         self.watched.iter().for_each(|watched| watched.group.ring_bells());
+        took
     }
 
     /// Tells everybody that the stream has ended.
