@@ -141,7 +141,7 @@ impl<W: io::Write> Playing<W> {
         if let Message::Batch(_) | Message::Retract(_) | Message::Commit(_) = message {
             bail!("these are points, and no recording: send them with hopes feed --input bin");
         }
-        if self.streams.take(message).context("damaged: all before it is good")? == Taken::Frame {
+        if self.streams.take_recorded(message).context("damaged: all before it is good")? == Taken::Frame {
             self.shown += 1;
         }
         self.show.message(&self.streams, self.elapsed, channel, message).context("cannot write frames")?;

@@ -5,8 +5,10 @@
 
 use std::collections::BTreeMap;
 
-use hopes_protocol::{Message, Mirror, MirrorError, Resume, StreamOpened, is_name};
+use hopes_protocol::{Diff, Message, Mirror, MirrorError, Resume, Snapshot, StreamOpened, Window, is_name};
 use thiserror::Error;
+
+use crate::daemon::DEFAULT_STREAM;
 
 /// More streams than this nobody follows at once: whoever announces them must not take all memory.
 const STREAMS: usize = 1 << 14;
@@ -92,6 +94,20 @@ impl Streams {
         Ok(Taken::Other)
     }
 
+    /// Takes a recorded message in: a stream that shows itself without having been announced is the default one.
+    ///
+    /// # Errors
+    /// [`StreamError`].
+    pub fn take_recorded(&mut self, message: &Message) -> Result<Taken, StreamError> {
+        if let Message::Snapshot(Snapshot { stream, .. }) | Message::Diff(Diff { stream, .. }) = message
+            && !self.0.contains_key(stream)
+        {
+            let (name, window) = (DEFAULT_STREAM.to_owned(), Window::All);
+            self.open(&StreamOpened { stream: *stream, name, epoch: 0, window, resolution: None, frame: 0 })?;
+        }
+        self.take(message)
+    }
+
     /// Forgets a stream that has ended, once that was shown.
     pub fn forget_closed(&mut self, message: &Message) {
         if let Message::StreamClosed(closed) = message {
@@ -147,7 +163,7 @@ fn proved(name: &str, outcome: Result<(), MirrorError>) -> Result<Taken, StreamE
 
 #[cfg(test)]
 mod tests {
-    use hopes_protocol::{Cause, Cut, FrameInfo, Simplify, Snapshot, View, Window};
+    use hopes_protocol::{Cause, Cut, FrameInfo, Simplify, View};
 
     use super::*;
 
@@ -191,6 +207,8 @@ mod tests {
     fn what_was_not_announced_is_not_believed() {
         let mut streams = Streams::default();
         assert!(matches!(streams.take(&empty(1, 1)), Err(StreamError::NotOpened { stream: 1 })));
+        assert_eq!(streams.take_recorded(&empty(1, 1)).unwrap(), Taken::Frame);
+        assert_eq!(streams.get(1).unwrap().name, DEFAULT_STREAM, "in a recording it has a name of its own");
         assert!(matches!(streams.take(&opened(1, "a\u{7}", 1)), Err(StreamError::BadName(_))));
         let ping = Message::Ping(hopes_protocol::Ping { token: 1 });
         assert!(matches!(streams.take(&ping), Err(StreamError::OutOfPlace { kind: 3 })));

@@ -108,7 +108,7 @@ impl Engine {
         worked?;
         requests.try_iter().for_each(|control| self.serve(control));
         let reason = if self.is_over { "a producer has ended the stream" } else { ENDED };
-        self.views.close(self.pipeline.committed(), reason);
+        self.views.close(&mut self.pipeline, reason);
         for channel in lock(&self.stream.producers).drain(..).filter_map(|channel| channel.upgrade()) {
             channel.close(self.pipeline.committed());
         }
@@ -176,13 +176,15 @@ impl Engine {
                 if matches!(origin, Origin::Stdin) && self.pending {
                     self.close_frame(None)?;
                 }
+                if end {
+                    self.close_last_frame()?;
+                    // Whoever is told that it is over must not find it open still.
+                    self.stream.inbox.close();
+                    self.is_over = true;
+                }
                 if let Origin::Peer { channel, .. } = &origin {
                     lock(&self.stream.producers).retain(|other| !std::ptr::eq(other.as_ptr(), Arc::as_ptr(channel)));
                     channel.close(self.pipeline.committed());
-                }
-                if end {
-                    self.close_last_frame()?;
-                    self.is_over = true;
                 }
             }
             Input::Unreadable(complaint) => {

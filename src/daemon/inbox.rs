@@ -180,6 +180,11 @@ impl Inbox {
         let _ = self.bell.try_send(());
     }
 
+    /// Whether nothing more is taken.
+    pub fn is_closed(&self) -> bool {
+        self.lock().is_closed
+    }
+
     /// Whether nothing is left and nothing will come.
     pub fn is_finished(&self) -> bool {
         let state = self.lock();

@@ -128,6 +128,13 @@ impl Seat {
         self.ring_bell();
     }
 
+    /// Whether nothing but a snapshot leads on to the newest frame; it waits for one then.
+    pub fn needs_snapshot(&self) -> bool {
+        let mut state = self.lock();
+        state.is_waiting |= matches!(state.following(0), Some((_, Following::Unknown)));
+        state.is_waiting && !state.is_closed
+    }
+
     /// Sends the stream's end, and nothing after it.
     pub fn close(&self, frame: u64, reason: &str) {
         let mut state = self.lock();
@@ -136,8 +143,13 @@ impl Seat {
         }
         let closed = wire::StreamClosed { stream: self.stream.number, frame, reason: reason.to_owned() };
         // What was published before is still to be sent.
-        if let Some((_, Following::Run(run))) = state.following(0) {
-            state.head.extend(run.iter().map(|entry| entry.message.clone()));
+        if let Some((at, following)) = state.following(0) {
+            if let Following::Run(run) = following {
+                state.at = run.last().map_or(at, |last| last.info.number);
+                state.head.extend(run.iter().map(|entry| entry.message.clone()));
+            }
+            let dots = self.next_dots(&mut state);
+            state.head.extend(dots);
         }
         state.head.extend(encoded(closed));
         state.is_closed = true;

@@ -54,6 +54,19 @@ pub struct Stream {
 }
 
 impl Stream {
+    /// Takes on somebody who feeds it, and welcomes them before anything else can be said to them; false once it takes nothing more.
+    pub fn admit(&self, producer: &Arc<ProducerChannel>, welcome: impl FnOnce()) -> bool {
+        let mut producers = lock(&self.producers);
+        // Those who are on this list when the inbox is closed are told of the end.
+        let is_open = !self.inbox.is_closed();
+        if is_open {
+            producers.retain(|other| other.strong_count() > 0);
+            producers.push(Arc::downgrade(producer));
+            welcome();
+        }
+        is_open
+    }
+
     /// Asks the engine for something. An engine that has ended says so by itself.
     pub fn ask(&self, control: Control) {
         let _ = self.control.send(control);
@@ -222,6 +235,10 @@ impl Hub {
         let options = convert::options(open.window, open.resolution)
             .map_err(|text| refuse(wire::ErrorCode::BadOptions, text.to_owned()))?;
         let mut state = self.lock();
+        if state.streams.get(&open.name).is_some_and(|stream| stream.inbox.is_closed()) {
+            // It is about to go: nobody can feed it any more, and its name is free.
+            state.streams.remove(&open.name);
+        }
         if let Some(stream) = state.streams.get(&open.name) {
             let is_other = open.window.is_some() && options.window != stream.options.window
                 || open.resolution.is_some() && options.resolution != stream.options.resolution;
@@ -321,17 +338,19 @@ impl Hub {
         }
         let subscriptions = state.subscriptions.clone();
         drop(state);
+        // Whoever has come too late for the engine, or has not been told by it, is told here.
+        let reason = result.as_ref().map_or_else(ToString::to_string, |()| ENDED.to_owned());
+        subscriptions.iter().for_each(|subscription| subscription.stream_ended(stream, &reason));
         if let Err(error) = &result {
             tracing::error!("stream {:?} has failed: {error}", stream.name);
-            // The engine could not tell its peers itself.
-            subscriptions.iter().for_each(|subscription| subscription.stream_failed(stream, &error.to_string()));
             let channels = lock(&stream.producers).drain(..).collect::<Vec<_>>();
             channels
                 .iter()
                 .filter_map(Weak::upgrade)
                 .for_each(|channel| channel.fail(&error.to_string(), stream.stats.frame()));
-            while stream.inbox.pop().is_some() {}
         }
+        // What was sent after the end is not owed an answer: whoever waits for one goes on.
+        while stream.inbox.pop().is_some() {}
         stream.stats.memory.store(0, Ordering::Relaxed);
         // Nobody listens any more once the daemon is ending.
         let _ = self.ended.send(Ended { stream: Arc::clone(stream), result });

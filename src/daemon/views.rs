@@ -137,10 +137,14 @@ impl Views {
         took
     }
 
-    /// Tells everybody that the stream has ended.
-    pub fn close(&self, frame: u64, reason: &str) {
-        for watched in &self.watched {
-            watched.group.seats().iter().for_each(|seat| seat.close(frame, reason));
+    /// Tells everybody that the stream has ended, after its last frame.
+    pub fn close(&mut self, pipeline: &mut Pipeline, reason: &str) {
+        let seats: Vec<Arc<Seat>> = self.watched.iter().flat_map(|watched| watched.group.seats().clone()).collect();
+        for seat in seats {
+            if seat.needs_snapshot() {
+                self.give_snapshot(&seat, wire::Cause::Lagged, pipeline);
+            }
+            seat.close(pipeline.committed(), reason);
         }
     }
 

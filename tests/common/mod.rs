@@ -2,6 +2,8 @@
 #![allow(dead_code, missing_docs)]
 
 pub mod by_position;
+#[cfg(feature = "daemon")]
+pub mod client;
 pub mod clouds;
 #[cfg(feature = "daemon")]
 pub mod fake_daemon;
@@ -15,6 +17,8 @@ pub mod process;
 pub mod random;
 #[cfg(feature = "daemon")]
 pub mod reply;
+#[cfg(feature = "daemon")]
+pub mod roles;
 #[cfg(feature = "daemon")]
 pub mod scene;
 pub mod script;

@@ -153,15 +153,15 @@ impl Running {
         }
     }
 
-    /// Waits until it logs a line with that in it.
-    pub fn until_log(&mut self, words: &str) {
+    /// Waits until it logs a line with that in it. The line.
+    pub fn until_log(&mut self, words: &str) -> String {
         loop {
             let line = self.log.recv_timeout(PATIENCE);
             let line = line.unwrap_or_else(|_| panic!("{words:?} never came in the log, only {:?}", self.logged));
             let line = String::from_utf8_lossy(&line);
             self.logged.push_str(&line);
             if line.contains(words) {
-                return;
+                return line.into_owned();
             }
         }
     }
@@ -209,6 +209,14 @@ impl Running {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap();
         let peak = field(&status, "VmHWM").strip_suffix("kB").unwrap().trim();
         peak.parse::<u64>().unwrap() * 1024
+    }
+
+    /// The time that it has spent on processors, in clock ticks.
+    pub fn ticks(&self) -> u64 {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).unwrap();
+        // The name, in brackets, may have anything in it.
+        let (_, fields) = stat.rsplit_once(')').expect("the name ends");
+        fields.split_whitespace().skip(11).take(2).map(|ticks| ticks.parse::<u64>().unwrap()).sum()
     }
 
     /// Waits until it has read all that was said to it.

@@ -162,7 +162,7 @@ fn what_is_no_recording_is_refused() {
     replay("", other_version).fails(1, &["damaged at byte 20", "version 2"]);
     replay("", frames(&[Commit { sequence: 1, time: None }.into()])).fails(1, &["byte 20", "hopes feed --input bin"]);
     replay("", frames(&[Ping { token: 1 }.into()])).fails(1, &["at byte 20", "no place"]);
-    replay("", frames(&[Scene::new(1).snapshot(Cause::Start)])).fails(1, &["at byte 20", "no stream number 1"]);
+    replay("", frames(&[Scene::new(1).dots()])).fails(1, &["at byte 20", "no stream number 1"]);
 }
 
 #[test]

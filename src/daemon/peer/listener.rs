@@ -81,7 +81,8 @@ impl Listener {
         self.is_ending.store(true, Ordering::Release);
         // Accepting ends when somebody comes.
         let has_come = match &*self.bound {
-            Bound::Unix(_, path, identity) => is_still(path, *identity) && UnixStream::connect(path).is_ok(),
+            // Somebody else may be there by now.
+            Bound::Unix(_, path, identity) => is_at(path, *identity) && UnixStream::connect(path).is_ok(),
             Bound::Tcp(listener) => listener.local_addr().is_ok_and(|at| {
                 let loopback =
                     if at.is_ipv4() { IpAddr::from([127, 0, 0, 1]) } else { IpAddr::from([0, 0, 0, 0, 0, 0, 0, 1]) };
@@ -94,7 +95,7 @@ impl Listener {
             tracing::error!("a listener's thread stopped by itself: please report this");
         }
         if let Bound::Unix(_, path, identity) = &*self.bound
-            && is_still(path, *identity)
+            && is_at(path, *identity)
         {
             let _ = fs::remove_file(path);
         }
@@ -168,7 +169,7 @@ fn bind_unix(path: &Path, address: &Address) -> Result<Bound, ListenError> {
 }
 
 /// Whether our socket is there, and not one that somebody has put in its place.
-fn is_still(path: &Path, identity: (u64, u64)) -> bool {
+fn is_at(path: &Path, identity: (u64, u64)) -> bool {
     identity_of(path).is_ok_and(|found| found == identity)
 }
 

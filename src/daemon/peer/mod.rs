@@ -18,6 +18,7 @@ mod writer;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::Sender;
 use hopes_protocol as wire;
@@ -41,10 +42,16 @@ pub struct Peer {
     /// Its places before streams, each with the channel that it belongs to. No engine takes this lock, so engines may be asked under it: a seat is
     /// then joined before it is left.
     seats: Mutex<Vec<(u32, Arc<Seat>)>>,
+    /// Channels on which it fed streams until the daemon's end, of which they are still told.
+    feeds: Mutex<Vec<Arc<ProducerChannel>>>,
     /// Tells the writer that there is something to send.
     bell: Sender<()>,
     /// The last message, once it is time for it.
     goodbye: Mutex<Option<wire::Shared>>,
+    /// When something came last.
+    heard: Mutex<Instant>,
+    /// It does not take what it is sent, so nothing more is taken of it.
+    is_cut_off: AtomicBool,
     /// Nothing more is to be read.
     is_ending: AtomicBool,
     /// Nothing more is to be said: it would not be understood.
@@ -58,11 +65,24 @@ impl Peer {
             socket,
             outbox: Arc::new(Outbox::new(bell.clone())),
             seats: Mutex::default(),
+            feeds: Mutex::default(),
             bell,
             goodbye: Mutex::default(),
+            heard: Mutex::new(Instant::now()),
+            is_cut_off: AtomicBool::new(false),
             is_ending: AtomicBool::new(false),
             is_strange: AtomicBool::new(false),
         }
+    }
+
+    /// It has said something.
+    fn is_heard(&self) {
+        *lock(&self.heard) = Instant::now();
+    }
+
+    /// How long it has said nothing, as far as anybody has listened.
+    fn silence(&self) -> Duration {
+        lock(&self.heard).elapsed()
     }
 
     /// Says something on a channel.
@@ -172,6 +192,8 @@ impl Subscription {
         let seat = Arc::new(Seat::new(Arc::clone(stream), look.dots, self.peer.bell.clone()));
         seats.push((self.channel, Arc::clone(&seat)));
         stream.join(&seat, look.view, resume);
+        // There is the stream itself to tell of, even if it has no frame.
+        seat.ring_bell();
     }
 
     /// Takes no place any more, and leaves those that it has.
@@ -180,8 +202,8 @@ impl Subscription {
         self.peer.leave_seats(self.channel);
     }
 
-    /// Tells that a stream is no more.
-    pub fn stream_failed(&self, stream: &Arc<Stream>, reason: &str) {
+    /// Tells that a stream is no more, where that was not told yet.
+    pub fn stream_ended(&self, stream: &Arc<Stream>, reason: &str) {
         let seats = lock(&self.peer.seats);
         let here = seats.iter().filter(|(channel, seat)| *channel == self.channel && Arc::ptr_eq(&seat.stream, stream));
         here.for_each(|(_, seat)| seat.close(stream.stats.frame(), reason));

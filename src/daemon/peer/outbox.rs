@@ -45,18 +45,15 @@ impl Outbox {
         Self { state: Mutex::default(), room: Condvar::new(), bell }
     }
 
-    /// Takes on a message of the peer, once there is room for its answer; none, if nothing is sent any more.
-    pub fn owe(self: &Arc<Self>) -> Option<Debt> {
+    /// Takes on a message of the peer, once there is room for its answer; at once, if nothing is sent any more.
+    pub fn owe(self: &Arc<Self>) -> Debt {
         let mut state = self.lock();
         while state.queue.len() + state.owed >= MOST && !state.is_closed {
             state = self.room.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
-        if state.is_closed {
-            return None;
-        }
         state.owed += 1;
         drop(state);
-        Some(Debt(Arc::clone(self)))
+        Debt(Arc::clone(self))
     }
 
     /// Says something on a channel.

@@ -49,8 +49,6 @@ pub fn run(hub: &Arc<Hub>, peer: &Arc<Peer>) {
         decoder: wire::Decoder::new(hub.limits.largest_frame),
         channels: HashMap::new(),
         began: Instant::now(),
-        heard: Instant::now(),
-        asked: Instant::now(),
         has_greeted: false,
         has_banner: false,
     };
@@ -84,10 +82,6 @@ struct Reader<'a> {
     channels: HashMap<u32, Conversation>,
     /// When the frame that has not come as a whole began.
     began: Instant,
-    /// When something came last.
-    heard: Instant,
-    /// When the peer was asked last whether it is there.
-    asked: Instant,
     has_banner: bool,
     has_greeted: bool,
 }
@@ -103,7 +97,7 @@ impl Reader<'_> {
                 Err(_) | Ok(Some([])) => return End::Polite,
                 Ok(None) => {}
                 Ok(Some(bytes)) => {
-                    self.heard = Instant::now();
+                    self.peer.is_heard();
                     self.decoder.push(bytes);
                     if let Err(end) = self.take_frames() {
                         return end;
@@ -114,19 +108,9 @@ impl Reader<'_> {
                     }
                 }
             }
-            self.ask_who_is_silent();
             if let Some(reason) = self.is_too_slow() {
                 return End::Failed(report(ErrorCode::TooSlow, 0, reason));
             }
-        }
-    }
-
-    /// A consumer that only listens is asked now and then whether it is still there.
-    fn ask_who_is_silent(&mut self) {
-        let half = self.hub.limits.timeout / 2;
-        if self.has_greeted && self.heard.elapsed() > half && self.asked.elapsed() > half {
-            self.asked = Instant::now();
-            self.peer.say(0, wire::Ping { token: 0 });
         }
     }
 
@@ -135,7 +119,7 @@ impl Reader<'_> {
         if !self.has_greeted && self.began.elapsed() > HANDSHAKE.min(timeout) {
             return Some("no banner and Hello came in time");
         }
-        if self.heard.elapsed() > timeout {
+        if self.peer.silence() > timeout {
             return Some("nothing was heard for too long: answer Ping with Pong");
         }
         let is_stuck = self.decoder.is_within_frame() && self.began.elapsed() > timeout;
@@ -151,8 +135,11 @@ impl Reader<'_> {
             self.has_banner = true;
         }
         while let Some(frame) = self.decoder.frame().map_err(broken)? {
-            // From here on until it is answered.
-            let Some(debt) = self.peer.outbox.owe() else { return Err(End::Polite) };
+            // From here on until it is answered. A peer that hears nothing any more has meant what it has said.
+            let debt = self.peer.outbox.owe();
+            if self.peer.is_cut_off.load(Ordering::Acquire) {
+                return Err(End::Polite);
+            }
             match frame.message() {
                 Ok(Message::Goodbye(_)) => return Err(End::Polite),
                 Ok(message) => self.take(frame.channel, frame.kind, message, debt),
@@ -164,7 +151,7 @@ impl Reader<'_> {
                     self.refuse(frame.channel, code, frame.kind, error.to_string());
                 }
             }
-            self.heard = Instant::now();
+            self.peer.is_heard();
         }
         Ok(())
     }
@@ -243,15 +230,10 @@ impl Reader<'_> {
 
     fn open(&mut self, channel: u32, open: &wire::Open) -> Result<(), Refused> {
         self.check_room(channel)?;
-        let (stream, created) = self.hub.open(open).map_err(|error| (error.code, error.text))?;
         let producer = Arc::new(ProducerChannel::new(channel, Arc::clone(&self.peer.outbox)));
-        let mut producers = lock(&stream.producers);
-        producers.retain(|other| other.strong_count() > 0);
-        producers.push(Arc::downgrade(&producer));
-        drop(producers);
-        self.peer.say(
-            channel,
-            wire::Opened {
+        loop {
+            let (stream, created) = self.hub.open(open).map_err(|error| (error.code, error.text))?;
+            let opened = wire::Opened {
                 stream: stream.number,
                 epoch: stream.epoch,
                 created,
@@ -259,10 +241,13 @@ impl Reader<'_> {
                 resolution: stream.options.resolution,
                 frame: stream.stats.frame(),
                 largest_batch: self.hub.limits.largest_batch,
-            },
-        );
-        self.channels.insert(channel, Conversation::Producer(producer, stream));
-        Ok(())
+            };
+            // Where it has just ended, another one is opened.
+            if stream.admit(&producer, || self.peer.say(channel, opened)) {
+                self.channels.insert(channel, Conversation::Producer(producer, stream));
+                return Ok(());
+            }
+        }
     }
 
     fn batch(&mut self, channel: u32, batch: wire::Batch, debt: Debt) -> Result<(), Refused> {
@@ -376,12 +361,16 @@ impl Reader<'_> {
     fn leave(&mut self) {
         let is_ending = self.peer.is_ending.load(Ordering::Acquire);
         for (_, conversation) in self.channels.drain() {
-            if let Conversation::Consumer(subscription) = conversation {
-                self.hub.unsubscribe(&subscription);
-                // A daemon that ends still shows consumers what its engines have in hand.
-                if !is_ending {
-                    subscription.end();
+            match conversation {
+                Conversation::Consumer(subscription) => {
+                    self.hub.unsubscribe(&subscription);
+                    // A daemon that ends still shows consumers what its engines have in hand.
+                    if !is_ending {
+                        subscription.end();
+                    }
                 }
+                Conversation::Producer(channel, _) if is_ending => lock(&self.peer.feeds).push(channel),
+                Conversation::Producer(..) => {}
             }
         }
         if !is_ending {

@@ -4,7 +4,7 @@
 //! know: what peers say.
 
 use std::net::Shutdown;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, Weak};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -22,7 +22,9 @@ const FAREWELL: Duration = Duration::from_secs(5);
 const STACK: usize = 1 << 19;
 
 struct Member {
-    peer: Arc<Peer>,
+    label: String,
+    /// Gone with its threads, and its socket with it, whenever others look here next.
+    peer: Weak<Peer>,
     reader: JoinHandle<()>,
     writer: JoinHandle<()>,
 }
@@ -82,29 +84,32 @@ impl Registry {
         if reader.is_err() {
             peer.socket.shutdown(Shutdown::Both);
         }
-        Ok(Member { peer, reader: reader?, writer })
+        Ok(Member { label: label.to_owned(), peer: Arc::downgrade(&peer), reader: reader?, writer })
     }
 
     /// Admits nobody any more and takes in nothing more from those who are there.
     pub fn stop_reading(&self) {
         let mut members = lock(&self.members);
         members.is_closing = true;
-        members.list.iter().for_each(|member| member.peer.stop_reading());
+        members.list.iter().filter_map(|member| member.peer.upgrade()).for_each(|peer| peer.stop_reading());
     }
 
     /// Says goodbye to all, with the last frame of each stream, and waits until they have heard it; not too long.
     pub fn say_goodbye(&self, reason: &str, streams: &[(String, u64)]) {
         let list = std::mem::take(&mut lock(&self.members).list);
-        list.iter().for_each(|member| member.peer.say_goodbye(reason, streams.to_vec()));
+        let peers = list.iter().filter_map(|member| member.peer.upgrade());
+        peers.for_each(|peer| peer.say_goodbye(reason, streams.to_vec()));
         let deadline = Instant::now() + FAREWELL;
         for member in list {
             while !member.writer.is_finished() && Instant::now() < deadline {
                 thread::sleep(Duration::from_millis(2));
             }
-            member.peer.socket.shutdown(Shutdown::Both);
+            if let Some(peer) = member.peer.upgrade() {
+                peer.socket.shutdown(Shutdown::Both);
+            }
             for thread in [member.writer, member.reader] {
                 if thread.join().is_err() {
-                    tracing::error!("{}: a thread of it stopped by itself: please report this", member.peer.label);
+                    tracing::error!("{}: a thread of it stopped by itself: please report this", member.label);
                 }
             }
         }

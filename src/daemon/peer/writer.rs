@@ -23,9 +23,12 @@ const TOGETHER: usize = 1 << 16;
 
 /// Sends until goodbye was said or the connection is gone.
 pub fn run(peer: &Peer, rings: &Receiver<()>, limits: &Limits) {
-    let mut writer = Writer { peer, limits, version: wire::VERSION, buffer: Vec::new(), last: Instant::now() };
+    let now = Instant::now();
+    let mut writer = Writer { peer, limits, version: wire::VERSION, buffer: Vec::new(), last: now, asked: now };
     if let Err(error) = writer.write_banner().and_then(|()| writer.run(rings)) {
         tracing::debug!("{}: cannot send: {error}", peer.label);
+        // One that has gone has said before what it had to say.
+        peer.is_cut_off.store(error.kind() == io::ErrorKind::TimedOut, Ordering::Release);
     }
     peer.outbox.close();
     peer.socket.shutdown(Shutdown::Both);
@@ -38,6 +41,8 @@ struct Writer<'a> {
     buffer: Vec<u8>,
     /// When something was sent last.
     last: Instant,
+    /// When it was asked last whether it is there.
+    asked: Instant,
 }
 
 impl Writer<'_> {
@@ -48,7 +53,10 @@ impl Writer<'_> {
             if self.peer.is_strange.load(Ordering::Acquire) {
                 return Ok(());
             }
-            while self.round()? {}
+            while self.round()? {
+                self.ask_if_silent()?;
+            }
+            self.ask_if_silent()?;
             self.flush()?;
             let goodbye = lock(&self.peer.goodbye).take();
             if let Some(goodbye) = goodbye {
@@ -89,6 +97,20 @@ impl Writer<'_> {
         Ok(has_sent)
     }
 
+    /// Asks a peer that was not heard for half of its time, however much it is sent: it may have nothing else to say.
+    fn ask_if_silent(&mut self) -> io::Result<()> {
+        let patience = self.limits.timeout / 2;
+        if self.peer.silence() < patience || self.asked.elapsed() < patience / 2 {
+            return Ok(());
+        }
+        self.ask()
+    }
+
+    fn ask(&mut self) -> io::Result<()> {
+        self.asked = Instant::now();
+        encoded(wire::Ping { token: 0 }).map_or(Ok(()), |ping| self.put(0, &ping))
+    }
+
     /// Heartbeats where nothing was sent for a while, and a ping if nothing was sent at all.
     fn show_life(&mut self, patience: Duration) -> io::Result<()> {
         let seats: Vec<(u32, Arc<Seat>)> = lock(&self.peer.seats).clone();
@@ -97,10 +119,8 @@ impl Writer<'_> {
                 self.put(channel, &heartbeat)?;
             }
         }
-        if self.last.elapsed() >= patience
-            && let Some(ping) = encoded(wire::Ping { token: 0 })
-        {
-            self.put(0, &ping)?;
+        if self.last.elapsed() >= patience {
+            self.ask()?;
         }
         self.flush()
     }

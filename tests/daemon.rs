@@ -1,0 +1,29 @@
+//! The daemon as its peers meet it: a real process, real sockets, and clients that say every word themselves.
+
+mod common;
+#[path = "daemon/ending.rs"]
+mod ending;
+#[path = "daemon/handshake.rs"]
+mod handshake;
+#[path = "daemon/hostile.rs"]
+mod hostile;
+#[path = "daemon/idle.rs"]
+mod idle;
+#[path = "daemon/joining.rs"]
+mod joining;
+#[path = "daemon/limits.rs"]
+mod limits;
+#[path = "daemon/listening.rs"]
+mod listening;
+#[path = "daemon/overload.rs"]
+mod overload;
+#[path = "daemon/refusals.rs"]
+mod refusals;
+#[path = "daemon/slow.rs"]
+mod slow;
+#[path = "daemon/stdio.rs"]
+mod stdio;
+#[path = "daemon/streams.rs"]
+mod streams;
+#[path = "daemon/views.rs"]
+mod views;

@@ -1,0 +1,172 @@
+//! How much there may be of everything, and what is said when there is more.
+
+use hopes_protocol::*;
+
+use crate::common::client::{Client, bytes, hello};
+use crate::common::process::eventually;
+use crate::common::random::Random;
+use crate::common::roles::{Daemon, FULL, Producer, open, points, subscribe};
+
+/// The codes of a batch's refusals, each once, and how many points were taken.
+fn codes(answer: Message) -> (u32, Vec<u16>) {
+    match answer {
+        Message::Accepted(accepted) => (accepted.points, Vec::new()),
+        Message::Refused(refused) => {
+            let mut codes: Vec<u16> = refused.reasons.iter().map(|reason| reason.code).collect();
+            codes.dedup();
+            (refused.accepted, codes)
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn so_many_streams() {
+    let daemon = Daemon::start("--max-streams 3 --stream ready");
+    let mut one = daemon.producer("one");
+    daemon.producer("two");
+    let mut client = daemon.client();
+    assert_eq!(client.is_refused(1, open("three")), ErrorCode::TooManyStreams as u16);
+    assert!(matches!(client.ask(2, open("two")), Message::Opened(_)), "what is there may be joined");
+    one.close(true);
+    assert!(matches!(client.ask(1, open("three")), Message::Opened(_)), "there is room again");
+    daemon.stop();
+}
+
+#[test]
+fn so_many_connections() {
+    for daemon in [Daemon::start("--max-connections 3"), Daemon::over_tcp("--max-connections 3")] {
+        let mut first = daemon.client();
+        let _others = [daemon.client(), Client::new(&daemon.address)];
+        let mut late = Client::silent(&daemon.address);
+        assert_eq!(late.banner(), Banner::OURS);
+        match &late.rest()[..] {
+            [(0, Message::Error(report))] => assert_eq!(report.code, ErrorCode::TooManyConnections as u16),
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(first.status().connections, 3);
+        first.part();
+        let mut again = eventually("there is room again", || {
+            let mut client = Client::silent(&daemon.address);
+            client.banner();
+            client.try_write(&Banner::OURS.encode()).ok()?;
+            client.try_write(&bytes(0, hello())).ok()?;
+            matches!(client.hear(), Some((0, Message::Welcome(_)))).then_some(client)
+        });
+        again.ping();
+        daemon.stop();
+    }
+}
+
+#[test]
+fn so_many_channels() {
+    let daemon = Daemon::start("--stream cam");
+    let mut client = daemon.client();
+    for channel in 1..=128 {
+        assert!(matches!(client.ask(channel, open("cam")), Message::Opened(_)));
+        assert!(matches!(client.ask(1000 + channel, subscribe("cam", FULL)), Message::StreamOpened(_)));
+    }
+    assert_eq!(client.is_refused(999, open("cam")), ErrorCode::TooManyChannels as u16);
+    assert_eq!(client.is_refused(999, subscribe("cam", FULL)), ErrorCode::TooManyChannels as u16);
+    eventually("all are seated", || (client.status().streams[0].info.consumers == 128).then_some(()));
+    assert_eq!(client.ask(1001, Unsubscribe {}), Message::Unsubscribed(Unsubscribed {}));
+    assert!(matches!(client.ask(999, open("cam")), Message::Opened(_)), "there is room again");
+    daemon.stop();
+}
+
+#[test]
+fn a_channel_is_used_once_at_a_time() {
+    let daemon = Daemon::start("");
+    let mut client = daemon.client();
+    client.ask(7, open("cam"));
+    client.ask(8, subscribe("cam", FULL));
+    for channel in [0, 7, 8] {
+        for message in [
+            Message::from(open("other")),
+            subscribe("cam", FULL).into(),
+            ListStreams { pattern: "*".to_owned() }.into(),
+            StatusWanted {}.into(),
+        ] {
+            assert_eq!(client.is_refused(channel, message), ErrorCode::ChannelInUse as u16);
+        }
+    }
+    assert_eq!(client.list("other").len(), 0, "what was refused has done nothing");
+    assert!(matches!(client.ask(7, Close { end: false }), Message::Closed(_)));
+    assert!(matches!(client.ask(7, subscribe("cam", FULL)), Message::StreamOpened(_)));
+    daemon.stop();
+}
+
+#[test]
+fn so_many_points() {
+    let daemon = Daemon::start("--max-points 10");
+    let mut random = Random::new(10);
+    let mut producer = daemon.producer("cam");
+    producer.batch(&points(&mut random, 12));
+    assert_eq!(codes(producer.answer()), (10, vec![RefusalCode::StreamFull as u16]));
+    // A window of no more than that always has room.
+    let window = |points| Open { window: Some(Window::Points(points)), ..open(&format!("of {points}")) };
+    let mut within = Producer::open(daemon.client(), window(10));
+    within.frame(&points(&mut random, 25));
+    let mut beyond = Producer::open(daemon.client(), window(11));
+    beyond.batch(&points(&mut random, 25));
+    assert_eq!(codes(beyond.answer()), (10, vec![RefusalCode::StreamFull as u16]));
+    daemon.stop();
+}
+
+#[test]
+fn so_many_distinct_positions() {
+    let daemon = Daemon::start("--max-vertices 10");
+    let mut random = Random::new(11);
+    let mut producer = daemon.producer("cam");
+    let first = points(&mut random, 12);
+    producer.frame(&first);
+    producer.batch(&first);
+    assert_eq!(codes(producer.answer()), (0, vec![RefusalCode::StreamFull as u16]));
+    let retraction = producer.retract(&first[..5]);
+    producer.is_accepted(retraction, 5);
+    producer.frame(&[]);
+    let batch = producer.batch(&first[..2]);
+    producer.is_accepted(batch, 2);
+    daemon.stop();
+}
+
+#[test]
+fn so_many_points_in_a_message() {
+    let daemon = Daemon::start("--max-batch 100");
+    let mut random = Random::new(12);
+    let mut producer = daemon.producer("cam");
+    assert_eq!(producer.opened.largest_batch, 100);
+    producer.frame(&points(&mut random, 100));
+    for _ in 0..2 {
+        producer.batch(&points(&mut random, 101));
+        let report = producer.client.error_on(Producer::CHANNEL);
+        assert_eq!((report.code, report.answers), (ErrorCode::TooLarge as u16, 0x0103));
+        producer.retract(&points(&mut random, 101));
+        let report = producer.client.error_on(Producer::CHANNEL);
+        assert_eq!((report.code, report.answers), (ErrorCode::TooLarge as u16, 0x0104));
+    }
+    assert_eq!(producer.frame(&points(&mut random, 1)), 2);
+    assert_eq!(daemon.stream("cam").info.points, 101);
+    daemon.stop();
+}
+
+#[test]
+fn so_much_memory() {
+    let daemon = Daemon::start("--max-memory 1MiB");
+    let mut random = Random::new(13);
+    let mut producer = daemon.producer("cam");
+    producer.frame(&points(&mut random, 2000));
+    let status = daemon.status();
+    assert_eq!(status.memory_limit, 1 << 20);
+    assert!(status.memory >= status.memory_limit, "{status:?}");
+    // One stream's memory is all streams' memory.
+    let mut other = daemon.producer("other");
+    for producer in [&mut producer, &mut other] {
+        producer.batch(&points(&mut random, 1));
+        assert_eq!(codes(producer.answer()), (0, vec![RefusalCode::DaemonFull as u16]));
+    }
+    producer.close(true);
+    eventually("the memory is given back", || (daemon.status().memory == 0).then_some(()));
+    other.frame(&points(&mut random, 1));
+    daemon.stop();
+}
