@@ -3,6 +3,8 @@
 mod common;
 #[path = "daemon/ending.rs"]
 mod ending;
+#[path = "daemon/frozen.rs"]
+mod frozen;
 #[path = "daemon/handshake.rs"]
 mod handshake;
 #[path = "daemon/hostile.rs"]

@@ -2,7 +2,7 @@
 //!
 //! In: a socket's path. Out: messages, whole. Invariants: pings are answered; an error of the daemon is an error here.
 
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::Duration;
@@ -65,7 +65,13 @@ impl Peer {
     }
 
     fn fill(&mut self) -> anyhow::Result<()> {
-        let length = self.stream.read(&mut self.buffer)?;
+        let length = loop {
+            match self.stream.read(&mut self.buffer) {
+                // A stopped process that goes on finds its reads interrupted.
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                read => break read?,
+            }
+        };
         anyhow::ensure!(length > 0, "the daemon has hung up");
         self.received += length as u64;
         self.decoder.push(&self.buffer[..length]);

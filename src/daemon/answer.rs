@@ -2,15 +2,12 @@
 //!
 //! In: point by point, whether it was taken. Out: one answer a batch. Invariants: every point is counted; only so many refusals are listed. Must not know: the engine.
 
-use std::sync::atomic::Ordering;
-
 use hopes::topology::{Refusal, VertexId};
 use hopes_protocol as wire;
 use thiserror::Error;
 
 use super::convert;
 use super::inbox::{Batch, Origin};
-use super::streams::Stats;
 
 /// Why a point was not taken.
 #[derive(Clone, Debug, Error)]
@@ -77,11 +74,19 @@ impl Answer {
         }
     }
 
+    /// How many points were taken.
+    pub fn accepted(&self) -> u64 {
+        self.accepted.into()
+    }
+
+    /// How many were not.
+    pub fn refused(&self) -> u64 {
+        self.refused.into()
+    }
+
     /// Tells whoever sent the batch.
-    pub fn send(self, origin: &Origin, stats: &Stats) {
+    pub fn send(self, origin: &Origin) {
         let Self { accepted, refused, reasons, placed } = self;
-        stats.accepted.fetch_add(u64::from(accepted), Ordering::Relaxed);
-        stats.refused.fetch_add(u64::from(refused), Ordering::Relaxed);
         let Origin::Peer { channel, sequence, .. } = origin else { return };
         let sequence = *sequence;
         match refused {

@@ -199,7 +199,7 @@ impl Engine {
     fn insert(&mut self, batch: &Batch, origin: &Origin) -> Result<(), DaemonError> {
         let mut answer = Answer::new(batch);
         let no_room = self.no_room();
-        let begun = Instant::now();
+        let mut begun = Instant::now();
         for (index, &(x, y)) in batch.positions.iter().enumerate() {
             self.pending = true;
             let time = batch.times.get(index).copied();
@@ -209,12 +209,16 @@ impl Engine {
             };
             self.note(&mut answer, batch, index, placed)?;
             if self.settings.frame_points.is_some_and(|limit| self.points >= limit) {
+                self.worked += begun.elapsed();
                 self.close_frame(None)?;
+                begun = Instant::now();
             }
         }
         self.worked += begun.elapsed();
         self.tell();
-        answer.send(origin, &self.stream.stats);
+        self.stream.stats.accepted.fetch_add(answer.accepted(), Ordering::Relaxed);
+        self.stream.stats.refused.fetch_add(answer.refused(), Ordering::Relaxed);
+        answer.send(origin);
         Ok(())
     }
 
@@ -239,7 +243,8 @@ impl Engine {
             self.note(&mut answer, batch, index, retracted)?;
         }
         self.tell();
-        answer.send(origin, &self.stream.stats);
+        self.stream.stats.refused.fetch_add(answer.refused(), Ordering::Relaxed);
+        answer.send(origin);
         Ok(())
     }
 

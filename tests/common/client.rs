@@ -165,6 +165,11 @@ impl Client {
         }
     }
 
+    /// Takes frames of this version from here on.
+    pub fn speaks(&mut self, version: u16) {
+        self.decoder.set_version(version);
+    }
+
     /// Says hello and is welcome.
     pub fn hello(&mut self) -> Welcome {
         match self.ask(0, hello()) {
