@@ -173,8 +173,8 @@ impl Seat {
     /// The next message, if there is one. Who is more than `queue` bytes behind lags.
     pub fn next(self: &Arc<Self>, queue: usize) -> Option<wire::Shared> {
         let mut state = self.lock();
-        state.last = if state.head.is_empty() { state.last } else { Instant::now() };
         if let Some(first) = state.head.pop_front() {
+            state.last = Instant::now();
             return Some(first);
         }
         let (at, following) = state.following(queue)?;
