@@ -276,8 +276,11 @@ impl Engine {
         if self.pipeline.vertex_count() as u64 >= limits.vertices {
             return Some(Problem::StreamFull { what: "distinct positions", limit: limits.vertices });
         }
+        if limits.memory == 0 {
+            return None;
+        }
         let held = self.hub.memory();
-        (limits.memory > 0 && held >= limits.memory).then_some(Problem::DaemonFull { held, limit: limits.memory })
+        (held >= limits.memory).then_some(Problem::DaemonFull { held, limit: limits.memory })
     }
 
     /// Closes the frame in hand, and tells everybody who looks.

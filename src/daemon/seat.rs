@@ -215,12 +215,13 @@ impl Seat {
         let message = encoded(merged)?;
         let mut state = self.lock();
         let is_long = u64::from(message.length) > convert::snapshot_size(&last.info);
-        if is_long && !state.is_closed && !state.is_waiting && self.ask_for_snapshot(&mut state, at) {
+        // What has come to the head in the meantime, a snapshot of another view or the end, follows upon the run.
+        let goes_on = state.head.is_empty() && !state.is_closed && !state.is_waiting;
+        if is_long && goes_on && self.ask_for_snapshot(&mut state, at) {
             return None;
         }
         state.last = Instant::now();
         match self.lagged(at, last.info.number).and_then(encoded) {
-            // Whatever came to the head in the meantime follows upon this diff.
             Some(lagged) => {
                 state.head.push_front(message);
                 Some(lagged)
