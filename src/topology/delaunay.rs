@@ -148,6 +148,18 @@ impl<'a> Plane<'a> {
         (site.position, site.slot)
     }
 
+    /// A number for the face on its left: another one for each, until the triangulation changes.
+    #[inline]
+    pub fn face_number(self, edge: HalfEdge) -> u32 {
+        self.handle(edge).face().index() as u32
+    }
+
+    /// A number for the half-edge: another one for each, until the triangulation changes.
+    #[inline]
+    pub fn edge_number(self, edge: HalfEdge) -> u32 {
+        edge.0.index() as u32
+    }
+
     /// Whether the face on its left is the outer one.
     #[inline]
     pub fn is_outer(self, edge: HalfEdge) -> bool {

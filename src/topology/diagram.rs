@@ -30,10 +30,13 @@ const BUCKETS: f64 = 4_096.0;
 /// The order of dots: the most persistent first, equal ones by their edges.
 type Rank = (Reverse<u64>, EdgeId);
 
+/// A dot by ids and by slots.
+pub type NamedDot = (Critical, TileDot);
+
 /// A persistence diagram that changes.
 #[derive(Clone, Debug)]
 pub struct Diagram {
-    tall: BTreeMap<Rank, Critical>,
+    tall: BTreeMap<Rank, NamedDot>,
     /// The smallest persistence of tall dots; 0 when all are.
     least: f64,
     low: Vec<u32>,
@@ -56,11 +59,11 @@ fn persistence(dot: &Critical) -> f64 {
 
 impl Diagram {
     /// A diagram of all these dots.
-    pub fn new(all: impl Iterator<Item = Critical>) -> Self {
+    pub fn new(all: impl Iterator<Item = NamedDot>) -> Self {
         Self::with_tall(all, TALL)
     }
 
-    fn with_tall(all: impl Iterator<Item = Critical>, at_first: usize) -> Self {
+    fn with_tall(all: impl Iterator<Item = NamedDot>, at_first: usize) -> Self {
         let tall = BTreeMap::new();
         let mut diagram =
             Self { tall, least: 0.0, low: Vec::new(), scale: 0.0, low_count: 0, at_first, chosen: at_first };
@@ -79,8 +82,8 @@ impl Diagram {
         }
         for dot in &difference.dots_added {
             if self.is_tall(dot.death - dot.birth) {
-                let dot = name(dot);
-                self.tall.insert(rank(&dot), dot);
+                let named = name(dot);
+                self.tall.insert(rank(&named), (named, *dot));
             } else {
                 self.count_low(dot.death - dot.birth, true);
             }
@@ -109,11 +112,33 @@ impl Diagram {
 
     /// Tall dots of at least this persistence, in order.
     pub fn down_to(&self, least: f64) -> impl Iterator<Item = &Critical> {
-        self.tall.values().take_while(move |dot| persistence(dot) >= least)
+        self.tall.values().map(|(dot, _)| dot).take_while(move |dot| persistence(dot) >= least)
+    }
+
+    /// The most persistent dots down to a persistence, in order: so many at the most, and all that are as persistent as the last of them.
+    pub fn first<I: Iterator<Item = NamedDot>>(
+        &mut self,
+        most: usize,
+        least: f64,
+        largest_death: f64,
+        all: impl Fn() -> I,
+    ) -> Vec<NamedDot> {
+        let is_short = self.tall.len() < most && self.low_count > 0 && !self.is_tall(least);
+        if is_short || self.tall.len() > GROWTH * self.chosen {
+            let wanted = all().filter(|(dot, _)| persistence(dot) >= least).count().min(most);
+            self.choose(self.at_first.max(wanted.saturating_mul(2)), 2, TOLERANCE * largest_death, all());
+        }
+        let is_wanted = |dot: &&NamedDot| persistence(&dot.0) >= least;
+        let mut wanted: Vec<NamedDot> = self.tall.values().take_while(is_wanted).take(most).copied().collect();
+        if let (Some(last), true) = (wanted.last().map(|dot| persistence(&dot.0)), wanted.len() == most) {
+            let ties = self.tall.values().skip(most).take_while(|dot| persistence(&dot.0) >= last);
+            wanted.extend(ties);
+        }
+        wanted
     }
 
     /// Selects by the k widest diagonal gaps and the l widest vertical ones. `all` gives every dot, should more of them have to be tall.
-    pub fn select<I: Iterator<Item = Critical>>(
+    pub fn select<I: Iterator<Item = NamedDot>>(
         &mut self,
         k: NonZeroU32,
         l: NonZeroU32,
@@ -137,7 +162,7 @@ impl Diagram {
 
     /// The widest diagonal gaps, if they are all among tall dots.
     fn widest(&self, count: usize, tolerance: f64) -> Option<Vec<Gap>> {
-        let ascending = || self.tall.values().rev().map(persistence);
+        let ascending = || self.tall.values().rev().map(|(dot, _)| persistence(dot));
         if self.low_count == 0 {
             return Some(ranked(diagonal_strips(ascending(), tolerance), count, tolerance));
         }
@@ -155,32 +180,32 @@ impl Diagram {
             run = if count == 0 { run + 1 } else { 0 };
             longest = longest.max(run);
         }
-        let lowest_tall = self.tall.values().next_back().map_or(self.least, persistence);
+        let lowest_tall = self.tall.values().next_back().map_or(self.least, |(dot, _)| persistence(dot));
         (longest as f64 + 2.0) / self.scale * (1.0 + TOLERANCE) + (lowest_tall - self.least) + tolerance
     }
 
     /// Makes about so many dots tall.
-    fn choose(&mut self, chosen: usize, count: usize, tolerance: f64, all: impl Iterator<Item = Critical>) {
-        let mut dots: Vec<Critical> = all.collect();
+    fn choose(&mut self, chosen: usize, count: usize, tolerance: f64, all: impl Iterator<Item = NamedDot>) {
+        let mut dots: Vec<NamedDot> = all.collect();
         self.chosen = chosen;
         self.tall.clear();
         self.low.clear();
         self.low_count = 0;
         self.least = 0.0;
         if self.chosen < dots.len() {
-            let by_persistence = |a: &Critical, b: &Critical| persistence(b).total_cmp(&persistence(a));
+            let by_persistence = |a: &NamedDot, b: &NamedDot| persistence(&b.0).total_cmp(&persistence(&a.0));
             let (_, last, _) = dots.select_nth_unstable_by(self.chosen - 1, by_persistence);
-            self.least = persistence(last);
+            self.least = persistence(&last.0);
         }
-        let (tall, low): (Vec<Critical>, Vec<Critical>) =
-            dots.into_iter().partition(|dot| self.is_tall(persistence(dot)));
-        self.tall.extend(tall.into_iter().map(|dot| (rank(&dot), dot)));
-        let strips = strips_between(self.tall.values().rev().map(persistence), tolerance);
+        let (tall, low): (Vec<NamedDot>, Vec<NamedDot>) =
+            dots.into_iter().partition(|dot| self.is_tall(persistence(&dot.0)));
+        self.tall.extend(tall.into_iter().map(|dot| (rank(&dot.0), dot)));
+        let strips = strips_between(self.tall.values().rev().map(|dot| persistence(&dot.0)), tolerance);
         let width = ranked(strips, count, tolerance).last().map_or(0.0, Gap::width);
         let buckets = (self.least / width * FINENESS).clamp(1.0, BUCKETS).ceil();
         self.scale = buckets / self.least;
         self.low.resize(buckets as usize, 0);
-        low.iter().for_each(|dot| self.count_low(persistence(dot), true));
+        low.iter().for_each(|dot| self.count_low(persistence(&dot.0), true));
     }
 }
 
@@ -232,7 +257,8 @@ mod tests {
             let now = |there: &[bool]| -> Vec<Critical> {
                 all.iter().zip(there).filter(|(_, there)| **there).map(|(dot, _)| *dot).collect()
             };
-            let mut diagram = Diagram::with_tall(now(&there).into_iter(), at_first);
+            let named = |dots: Vec<Critical>| dots.into_iter().map(|dot| (dot, as_tile_dot(&dot)));
+            let mut diagram = Diagram::with_tall(named(now(&there)), at_first);
             for step in steps {
                 let mut difference = Difference::default();
                 let turned: std::collections::BTreeSet<usize> = step.iter().map(|index| index.index(all.len())).collect();
@@ -244,8 +270,15 @@ mod tests {
                 diagram.follow(&difference, |dot| all[dot.edge[0] as usize]);
                 let dots = now(&there);
                 let largest = dots.iter().map(|dot| dot.death).fold(0.0, f64::max);
-                let selection = diagram.select(k, l, largest, || dots.iter().copied());
+                let selection = diagram.select(k, l, largest, || named(dots.clone()));
                 prop_assert_eq!(selection, from_scratch(&dots, k, l, TOLERANCE * largest));
+                let (most, least) = (step.len() * 3, if at_first % 2 == 0 { 0.0 } else { 0.01 });
+                let first = diagram.first(most, least, largest, || named(dots.clone()));
+                let mut wanted = dots;
+                wanted.sort_unstable_by_key(rank);
+                let last = wanted.get(most - 1).map_or(0.0, persistence).max(least);
+                wanted.retain(|dot| persistence(dot) >= last);
+                prop_assert_eq!(first, named(wanted).collect::<Vec<_>>());
             }
         }
     }

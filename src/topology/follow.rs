@@ -12,6 +12,7 @@ use super::change::{Change, TreeEdgeId};
 use super::cloud::Vertex;
 use super::diff::{Checksum, Critical, Diff, EdgeId};
 use super::gaps::Selection;
+use super::sighting::Sighting;
 use super::view::{ViewSpec, up_to};
 
 /// A skeleton as it is held now, asked for parts of it.
@@ -24,6 +25,8 @@ pub trait Held {
     fn tree_between(&self, low: Option<f64>, high: f64) -> Vec<TreeEdgeId>;
     /// Dots of at least this persistence, in no order.
     fn dots_down_to(&self, persistence: f64) -> Vec<Critical>;
+    /// The most persistent dots down to a persistence: so many at the most, and all that are as persistent as the last of them; in order.
+    fn sightings(&mut self, most: usize, least: f64) -> Vec<Sighting>;
     /// What gaps select.
     fn select(&mut self, spec: ViewSpec) -> Option<Selection>;
 }
@@ -57,11 +60,11 @@ pub struct Step {
 
 /// Which dots and edges a view shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Rule {
+pub(super) struct Rule {
     /// Edges enter up to this scale.
     limit: f64,
     /// Dots are at least as persistent.
-    least: f64,
+    pub least: f64,
     /// Dots are born no later.
     latest_birth: f64,
     /// Dots die after this.
@@ -76,7 +79,7 @@ impl Rule {
         alive_at: f64::INFINITY,
     };
 
-    fn new(spec: ViewSpec, selection: Option<&Selection>) -> Self {
+    pub fn new(spec: ViewSpec, selection: Option<&Selection>) -> Self {
         let all = Self { limit: f64::INFINITY, least: 0.0, latest_birth: f64::INFINITY, alive_at: f64::NEG_INFINITY };
         match (spec, selection) {
             (ViewSpec::Reduced { alpha }, _) => {
@@ -89,7 +92,7 @@ impl Rule {
         }
     }
 
-    fn shows(&self, dot: &Critical) -> bool {
+    pub fn shows(&self, dot: &Critical) -> bool {
         dot.death - dot.birth >= self.least && dot.birth <= self.latest_birth && dot.death > self.alive_at
     }
 

@@ -4,39 +4,73 @@
 //! know: which frames there were before.
 
 use super::change::{self, TreeEdgeId};
-use super::cloud::{Cloud, Vertex};
-use super::diagram::Diagram;
+use super::cloud::{Cloud, Slot, Vertex};
+use super::diagram::{Diagram, NamedDot};
 use super::diff::Critical;
 use super::follow::Held;
 use super::gaps::{Selection, select};
-use super::skeleton::Skeleton;
-use super::tiles::Tiles;
+use super::sighting::{Sighting, in_order};
+use super::skeleton::{Dot, Skeleton};
+use super::tiles::{TileDot, Tiles};
 use super::view::ViewSpec;
 
 /// Held as a whole.
-pub struct HeldWhole<'a>(pub &'a Skeleton);
+pub struct HeldWhole<'a> {
+    /// The cloud as of the skeleton's frame.
+    pub cloud: &'a Cloud,
+    /// The skeleton.
+    pub skeleton: &'a Skeleton,
+}
+
+impl HeldWhole<'_> {
+    /// By slots; takes time in proportion to the cloud.
+    fn sight(&self, dots: &[&Dot]) -> Vec<Sighting> {
+        // Both lists are by id.
+        let slots: Vec<Slot> = self.cloud.vertices().map(|(slot, _)| slot).collect();
+        let slot = |vertex: u32| slots[vertex as usize];
+        let sighting = |dot: &&Dot| {
+            let edge = dot.edge.map(|vertex| self.skeleton.vertices()[vertex as usize].id);
+            let critical = Critical { edge, birth: dot.birth, death: dot.death };
+            Sighting::new(self.cloud, critical, dot.edge.map(slot), dot.triangle.map(slot))
+        };
+        dots.iter().map(sighting).collect()
+    }
+}
 
 impl Held for HeldWhole<'_> {
     fn vertex_count(&self) -> usize {
-        self.0.vertices().len()
+        self.skeleton.vertices().len()
     }
 
     fn vertices(&self) -> Vec<Vertex> {
-        self.0.vertices().to_vec()
+        self.skeleton.vertices().to_vec()
     }
 
     fn tree_between(&self, low: Option<f64>, high: f64) -> Vec<TreeEdgeId> {
         let is_between = |edge: &TreeEdgeId| low.is_none_or(|low| edge.scale > low) && edge.scale <= high;
-        change::tree_of(self.0).filter(is_between).collect()
+        change::tree_of(self.skeleton).filter(is_between).collect()
     }
 
     fn dots_down_to(&self, persistence: f64) -> Vec<Critical> {
-        change::dots_of(self.0).filter(|dot| dot.death - dot.birth >= persistence).collect()
+        change::dots_of(self.skeleton).filter(|dot| dot.death - dot.birth >= persistence).collect()
+    }
+
+    fn sightings(&mut self, most: usize, least: f64) -> Vec<Sighting> {
+        let mut dots: Vec<&Dot> = self.skeleton.found().iter().filter(|dot| dot.persistence() >= least).collect();
+        if (1..dots.len()).contains(&most) {
+            let by_persistence = |a: &&Dot, b: &&Dot| b.persistence().total_cmp(&a.persistence());
+            let (_, last, _) = dots.select_nth_unstable_by(most - 1, by_persistence);
+            let least = last.persistence();
+            dots.retain(|dot| dot.persistence() >= least);
+        }
+        let mut sightings = self.sight(if most == 0 { &[] } else { &dots });
+        in_order(&mut sightings);
+        sightings
     }
 
     fn select(&mut self, spec: ViewSpec) -> Option<Selection> {
         match spec {
-            ViewSpec::Derived { k, l } => Some(select(self.0, k, l)),
+            ViewSpec::Derived { k, l } => Some(select(self.skeleton, k, l)),
             ViewSpec::Full | ViewSpec::Reduced { .. } => None,
         }
     }
@@ -55,6 +89,18 @@ pub struct HeldTiles<'a> {
 impl HeldTiles<'_> {
     fn dots(&self) -> impl Iterator<Item = Critical> + '_ {
         self.tiles.dots().map(|dot| change::critical(self.cloud, dot))
+    }
+
+    fn named_dots(&self) -> impl Iterator<Item = NamedDot> + '_ {
+        self.tiles.dots().map(|dot| (change::critical(self.cloud, dot), *dot))
+    }
+
+    /// Asks the diagram, which is made first if nobody has asked before.
+    fn with_diagram<T>(&mut self, ask: impl Fn(&mut Diagram, &Self) -> T) -> T {
+        let mut diagram = self.diagram.take().unwrap_or_else(|| Diagram::new(self.named_dots()));
+        let answer = ask(&mut diagram, self);
+        *self.diagram = Some(diagram);
+        answer
     }
 }
 
@@ -80,11 +126,18 @@ impl Held for HeldTiles<'_> {
         }
     }
 
+    fn sightings(&mut self, most: usize, least: f64) -> Vec<Sighting> {
+        let named = self
+            .with_diagram(|diagram, held| diagram.first(most, least, held.tiles.largest_death(), || held.named_dots()));
+        let sighting =
+            |(critical, dot): (Critical, TileDot)| Sighting::new(self.cloud, critical, dot.edge, dot.triangle);
+        let mut sightings: Vec<Sighting> = named.into_iter().map(sighting).collect();
+        in_order(&mut sightings);
+        sightings
+    }
+
     fn select(&mut self, spec: ViewSpec) -> Option<Selection> {
         let ViewSpec::Derived { k, l } = spec else { return None };
-        let mut diagram = self.diagram.take().unwrap_or_else(|| Diagram::new(self.dots()));
-        let selection = diagram.select(k, l, self.tiles.largest_death(), || self.dots());
-        *self.diagram = Some(diagram);
-        Some(selection)
+        Some(self.with_diagram(|diagram, held| diagram.select(k, l, held.tiles.largest_death(), || held.named_dots())))
     }
 }

@@ -160,31 +160,3 @@ impl Mesh {
         if a < b { [a, b] } else { [b, a] }
     }
 }
-
-/// Of each triangle of a mesh: its three edges. Not every reader needs it, so it is built on demand.
-#[derive(Clone, Debug)]
-pub struct FaceEdges(Vec<[u32; 3]>);
-
-impl FaceEdges {
-    const NONE: u32 = u32::MAX;
-
-    /// Gathers the edges around each face in one pass.
-    pub fn new(mesh: &Mesh) -> Self {
-        let mut faces = vec![[Self::NONE; 3]; mesh.face_count()];
-        for (index, edge) in mesh.edges().iter().enumerate() {
-            for face in edge.faces {
-                // The outer face has more edges than there is room for; nobody asks for them.
-                if let Some(free) = faces[face as usize].iter_mut().find(|edge| **edge == Self::NONE) {
-                    *free = index as u32;
-                }
-            }
-        }
-        Self(faces)
-    }
-
-    /// The three edges of a triangle, in order; meaningless for the outer face.
-    #[inline]
-    pub fn of(&self, face: u32) -> [u32; 3] {
-        self.0[face as usize]
-    }
-}

@@ -26,6 +26,7 @@
 //! * Angles, orientations and circles are tested exactly; which edges are in the skeleton is exact in the lengths as doubles have them.
 //! * The same cloud has the same numbers, bit for bit, however it was reached.
 
+mod assignment;
 mod basins;
 mod change;
 mod cloud;
@@ -45,7 +46,10 @@ mod mesh;
 mod pipeline;
 mod position;
 mod ranking;
+mod recognition;
 mod reduction;
+mod region;
+mod sighting;
 mod simplified;
 mod simplify;
 mod skeleton;
@@ -53,6 +57,7 @@ mod sorting;
 #[cfg(test)]
 mod testing;
 mod tiles;
+mod track;
 mod view;
 mod window;
 
@@ -61,13 +66,14 @@ pub use cycle::Cycles;
 pub use diff::{ApplyError, Checksum, Critical, Diff, EdgeId, Presence, Snapshot};
 pub use follow::{Follower, Step};
 pub use gaps::{Gap, Margins, Selection, diagonal_gaps, select, vertical_gaps};
-pub use hole::Holes;
 pub use pipeline::{Contradiction, Frame, Options, Pipeline};
 pub use position::{Axis, CoordinateError, MAX_COORDINATE, MIN_COORDINATE, Position};
 pub use ranking::{RankedDot, Ranking};
+pub use region::{BoundaryVertex, Region};
 pub use simplified::SimplifiedFollower;
 pub use simplify::{Simplified, simplify};
 pub use skeleton::{DIAGONAL, Dot, Edge, Hole, Skeleton};
+pub use track::{Changed, Happening, Track, TrackEvent, TrackId, TrackOptions, TrackRule, TrackStep, Tracker};
 pub use view::{View, ViewSpec};
 pub use window::Window;
 
@@ -76,6 +82,6 @@ pub mod stages {
     pub use super::basins::{Basins, OUTER_BASIN};
     pub use super::delaunay::{Delaunay, Update, along_curve};
     pub use super::filtration::{Filtration, Maximum, Suspect};
-    pub use super::mesh::{FaceEdges, Mesh, MeshEdge, OUTER_FACE};
+    pub use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
     pub use super::reduction::{Elders, Link, Pair, Reduction, TotalOrder, reduce};
 }

@@ -11,20 +11,24 @@ use thiserror::Error;
 
 use super::basins::Basins;
 use super::change::{self, Change, Tree};
-use super::cloud::{Cloud, CloudChange, Refusal, VertexId};
+use super::cloud::{Cloud, CloudChange, Refusal, Slot, VertexId};
+use super::cocircular::Located;
 use super::delaunay::{Delaunay, Update};
 use super::diagram::Diagram;
 use super::diff::Snapshot;
 use super::filtration::Filtration;
 use super::follow::{Follower, Step};
 use super::held::{HeldTiles, HeldWhole};
-use super::hole::Holes;
+use super::hole;
 use super::mesh::Mesh;
 use super::ranking::Ranking;
 use super::reduction::Link;
+use super::region::{Region, Touched};
+use super::sighting::{Sighting, Sightings, sight};
 use super::simplified::SimplifiedFollower;
 use super::skeleton::{Dot, Skeleton};
 use super::tiles::{Dirt, Guide, LEAF, Tiles};
+use super::track::{At, TrackStep, Tracker};
 use super::view::{View, ViewSpec};
 use super::window::Window;
 
@@ -229,7 +233,9 @@ impl Pipeline {
                 let mut held = HeldTiles { cloud: &self.cloud, tiles, diagram: &mut self.diagram };
                 follower.advance(number, &mut held, change)
             }
-            (None, Some(frame)) => follower.advance(number, &mut HeldWhole(&frame.skeleton), change),
+            (None, Some(frame)) => {
+                follower.advance(number, &mut HeldWhole { cloud: &self.cloud, skeleton: &frame.skeleton }, change)
+            }
             (None, None) => unreachable!("a frame that was reached is held"),
         };
         (step.time, step.points) = (self.time, self.points);
@@ -257,21 +263,66 @@ impl Pipeline {
         }
     }
 
-    /// The boundaries, at birth, of the holes of some dots of the newest frame that was given: see [`Holes::boundary`].
+    /// What has happened to a tracker's tracks up to the newest committed frame, unless it has been told already. After the frame's own cost, which is shared, it takes
+    /// time in proportion to the dots that it looks at and to the holes that have changed; tracking the dots of a full or a reduced view looks at all of them.
+    pub fn poll_tracks(&mut self, tracker: &mut Tracker) -> Option<TrackStep> {
+        if tracker.frame() >= self.committed {
+            return None;
+        }
+        self.is_followed = true;
+        self.reach();
+        let sightings = self.sight(tracker);
+        let told = self.change.as_ref().filter(|change| tracker.frame() > 0 && change.from == tracker.frame());
+        let touched = told.map_or(Touched::Anywhere, |change| {
+            let changed = change.vertices_added.iter().chain(&change.vertices_removed);
+            Touched::at(changed.map(|vertex| vertex.position))
+        });
+        let region = |sighting: &Sighting| {
+            let walks = hole::boundary(&self.delaunay, sighting.name, sighting.edge);
+            Region::new(walks.unwrap_or_default(), |slot| self.cloud.id(slot))
+        };
+        Some(tracker.advance(At { number: self.reached, time: self.time }, &sightings, &touched, region))
+    }
+
+    /// What a tracker looks at.
+    fn sight(&mut self, tracker: &Tracker) -> Sightings {
+        match (&self.tiles, &self.whole) {
+            (Some(tiles), _) => {
+                let mut held = HeldTiles { cloud: &self.cloud, tiles, diagram: &mut self.diagram };
+                sight(tracker.options().rule, tracker.looks_for(), &mut held)
+            }
+            (None, Some(frame)) => {
+                let mut held = HeldWhole { cloud: &self.cloud, skeleton: &frame.skeleton };
+                sight(tracker.options().rule, tracker.looks_for(), &mut held)
+            }
+            (None, None) => unreachable!("a frame that was reached is held"),
+        }
+    }
+
+    /// The boundaries, at birth, of the holes of some dots of the newest frame that was given, as closed walks along edges of the alpha complex at that scale.
     ///
-    /// Takes linear time once, and then time in proportion to the holes. Dots of another frame have no walks.
-    pub fn hole_boundaries(&mut self, dots: &[Dot]) -> Vec<Vec<Vec<u32>>> {
-        if self.tiles.is_some() {
-            self.contract();
-        }
+    /// A walk is given as places in [`Skeleton::vertices`], without its first vertex at the end. The first walk is the outer one and runs
+    /// counter-clockwise; the others run clockwise around islands in the hole. A walk begins at its smallest vertex by position; it passes a vertex more than
+    /// once where the boundary touches itself. Takes linear time once, and then time in proportion to the holes. Dots of another frame have no walks.
+    pub fn hole_boundaries(&self, dots: &[Dot]) -> Vec<Vec<Vec<u32>>> {
+        let is_newest = |frame: &&Arc<Frame>| frame.number == self.reached && self.reached == self.committed;
+        let Some(frame) = self.newest.as_ref().filter(is_newest) else {
+            return vec![Vec::new(); dots.len()];
+        };
+        let slots: HashMap<VertexId, Slot> = self.cloud.vertices().map(|(slot, vertex)| (vertex.id, slot)).collect();
+        let vertices = frame.skeleton.vertices();
         let mut rank = vec![0; self.cloud.slot_count()];
-        let vertices = self.newest.iter().flat_map(|frame| frame.skeleton.vertices()).map(|vertex| vertex.id);
-        let places: HashMap<VertexId, u32> = vertices.zip(0..).collect();
-        for &slot in self.mesh.slots() {
-            rank[slot as usize] = places.get(&self.cloud.id(slot)).copied().unwrap_or(u32::MAX);
+        for (vertex, place) in vertices.iter().zip(0..) {
+            rank[slots[&vertex.id] as usize] = place;
         }
-        let holes = Holes::new(&self.mesh, &self.basins, &rank);
-        dots.iter().map(|dot| holes.boundary(dot)).collect()
+        let site = |place: u32| vertices.get(place as usize).map(|vertex| (vertex.position, slots[&vertex.id]));
+        let walks = |dot: &Dot| {
+            let [Some(a), Some(b), Some(c)] = dot.triangle.map(site) else { return None };
+            let [Some(from), Some(to)] = dot.edge.map(site) else { return None };
+            hole::boundary(&self.delaunay, [a, b, c], [from.0, to.0])
+        };
+        let ranks = |walk: Vec<Located<Slot>>| walk.into_iter().map(|(_, slot)| rank[slot as usize]).collect();
+        dots.iter().map(|dot| walks(dot).unwrap_or_default().into_iter().map(ranks).collect()).collect()
     }
 
     /// The newest frame that was given.

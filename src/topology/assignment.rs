@@ -1,0 +1,159 @@
+//! Gated optimal assignment: who belongs to whom, where only some pairs are possible.
+//!
+//! In: possible pairs, each with a cost between 0 (the same) and 1 (the gate). Out: pairs in which nobody stands twice, so that the sum of 1 - cost is as large as can be.
+//! Invariants: the same pairs in the same order give the same answer. Must not know: what is assigned.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use pathfinding::kuhn_munkres::kuhn_munkres;
+use pathfinding::matrix::Matrix;
+
+/// The optimum takes time as the cube of those who hang together by pairs; where more do, the cheapest pair is taken first, and so on.
+const MOST_TOGETHER: usize = 256;
+
+/// Gains are whole numbers of this fraction.
+const FINENESS: f64 = (1_u64 << 40) as f64;
+
+/// Two that may belong together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// On one side.
+    pub row: usize,
+    /// On the other side.
+    pub column: usize,
+    /// From 0 to 1.
+    pub cost: f64,
+}
+
+/// The best assignment: rows and their columns, in no order.
+pub fn assign(pairs: &[Pair]) -> Vec<(usize, usize)> {
+    together(pairs).iter().flat_map(|group| assign_group(group)).collect()
+}
+
+/// Pairs that hang together by those who stand in them.
+fn together(pairs: &[Pair]) -> Vec<Vec<Pair>> {
+    let mut of_row: BTreeMap<usize, Vec<&Pair>> = BTreeMap::new();
+    let mut of_column: BTreeMap<usize, Vec<&Pair>> = BTreeMap::new();
+    for pair in pairs {
+        of_row.entry(pair.row).or_default().push(pair);
+        of_column.entry(pair.column).or_default().push(pair);
+    }
+    let mut groups = Vec::new();
+    while let Some((first, _)) = of_row.first_key_value() {
+        let (mut group, mut rows) = (Vec::new(), vec![*first]);
+        while let Some(row) = rows.pop() {
+            for pair in of_row.remove(&row).unwrap_or_default() {
+                group.push(*pair);
+                rows.extend(of_column.remove(&pair.column).unwrap_or_default().iter().map(|pair| pair.row));
+            }
+        }
+        groups.push(group);
+    }
+    groups
+}
+
+fn assign_group(group: &[Pair]) -> Vec<(usize, usize)> {
+    if let [only] = group {
+        return vec![(only.row, only.column)];
+    }
+    let [rows, columns] = [|pair: &Pair| pair.row, |pair: &Pair| pair.column].map(|side| {
+        let mut all: Vec<usize> = group.iter().map(side).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    });
+    if rows.len().max(columns.len()) > MOST_TOGETHER {
+        return cheapest_first(group);
+    }
+    // The library wants no more rows than columns; a pair that gains nothing is none.
+    let is_wide = rows.len() <= columns.len();
+    let mut gains = Matrix::new(rows.len().min(columns.len()), rows.len().max(columns.len()), 0_i64);
+    for pair in group {
+        let place = |all: &[usize], one| all.binary_search(&one).unwrap_or_default();
+        let (row, column) = (place(&rows, pair.row), place(&columns, pair.column));
+        let gain = 1 + ((1.0 - pair.cost.clamp(0.0, 1.0)) * FINENESS) as i64;
+        gains[if is_wide { (row, column) } else { (column, row) }] = gain;
+    }
+    let (_, assigned) = kuhn_munkres(&gains);
+    let real = assigned.into_iter().enumerate().filter(|&place| gains[place] > 0);
+    real.map(|(a, b)| if is_wide { (rows[a], columns[b]) } else { (rows[b], columns[a]) }).collect()
+}
+
+fn cheapest_first(group: &[Pair]) -> Vec<(usize, usize)> {
+    let mut pairs = group.to_vec();
+    pairs.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let (mut rows, mut columns) = (BTreeSet::new(), BTreeSet::new());
+    pairs.retain(|pair| {
+        let is_free = !rows.contains(&pair.row) && !columns.contains(&pair.column);
+        if is_free {
+            rows.insert(pair.row);
+            columns.insert(pair.column);
+        }
+        is_free
+    });
+    pairs.iter().map(|pair| (pair.row, pair.column)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn sorted(mut pairs: Vec<(usize, usize)>) -> Vec<(usize, usize)> {
+        pairs.sort_unstable();
+        pairs
+    }
+
+    #[test]
+    fn a_near_one_is_not_given_up_for_two_far_ones() {
+        let pair = |row, column, cost| Pair { row, column, cost };
+        assert_eq!(assign(&[pair(0, 0, 0.1), pair(0, 1, 0.9), pair(1, 0, 0.9)]), [(0, 0)]);
+        let both = assign(&[pair(0, 0, 0.1), pair(0, 1, 0.3), pair(1, 0, 0.3)]);
+        assert_eq!(sorted(both), [(0, 1), (1, 0)]);
+        assert_eq!(assign(&[]), []);
+    }
+
+    #[test]
+    fn many_together_are_assigned_in_time() {
+        let pairs: Vec<Pair> = (0..400 * 400)
+            .map(|index| (index / 400, index % 400))
+            .map(|(row, column): (usize, usize)| Pair { row, column, cost: row.abs_diff(column) as f64 / 400.0 })
+            .collect();
+        assert_eq!(sorted(assign(&pairs)), (0..400).map(|place| (place, place)).collect::<Vec<_>>());
+    }
+
+    /// The largest gain of all ways to assign, one row after the other.
+    fn best(pairs: &[Pair], row: usize, taken: &mut Vec<usize>) -> f64 {
+        let Some(last) = pairs.iter().map(|pair| pair.row).max().filter(|&last| row <= last) else { return 0.0 };
+        debug_assert!(row <= last);
+        let mut most = best(pairs, row + 1, taken);
+        for pair in pairs.iter().filter(|pair| pair.row == row) {
+            if !taken.contains(&pair.column) {
+                taken.push(pair.column);
+                most = most.max(1.0 - pair.cost + best(pairs, row + 1, taken));
+                taken.pop();
+            }
+        }
+        most
+    }
+
+    proptest! {
+        #[test]
+        fn nothing_is_better(pairs in prop::collection::btree_map((0..6_usize, 0..6_usize), 0.0..1.0, 0..20)) {
+            let pairs: Vec<Pair> = pairs.into_iter().map(|((row, column), cost)| Pair { row, column, cost }).collect();
+            let assigned = assign(&pairs);
+            let cost = |&(row, column): &(usize, usize)| {
+                pairs.iter().find(|pair| (pair.row, pair.column) == (row, column)).map(|pair| 1.0 - pair.cost)
+            };
+            let gain: f64 = assigned.iter().map(|pair| cost(pair).expect("a pair that was given")).sum();
+            prop_assert!((gain - best(&pairs, 0, &mut Vec::new())).abs() < 1e-9);
+            for side in [|pair: &(usize, usize)| pair.0, |pair: &(usize, usize)| pair.1] {
+                let mut all: Vec<usize> = assigned.iter().map(side).collect();
+                all.sort_unstable();
+                all.dedup();
+                prop_assert_eq!(all.len(), assigned.len());
+            }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Which of the dots of a frame are those of tracks that are there already.
+//!
+//! In: what was last seen of each track, and the sightings of a frame. Out: of each track, the sighting that is its own. Identity is anchored on the hole: first on its
+//! death triangle; else on its centre and radius inside a gate, by optimal assignment; where a hole was filled last may jump far inside it,
+//! as between the lobes of a dumb-bell or around an annulus, so what is left is recognized by regions: each holds the other's centre. Never on
+//! the critical edge or the birth, which jump. Invariants: the order of sightings decides nothing but ties. Must not know: events, hysteresis.
+
+use std::collections::HashMap;
+
+use super::assignment::{Pair, assign};
+use super::cloud::VertexId;
+use super::region::Region;
+use super::sighting::Sighting;
+use super::skeleton::Hole;
+
+/// Centres of one hole are no farther apart than this share of the larger radius.
+const NEAR: f64 = 0.5;
+
+/// Radii of one hole differ by no more than this factor.
+const ALIKE: f64 = 2.0;
+
+/// What of a track's past is looked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Known<'a> {
+    /// The triangle that named its death.
+    pub triangle: [VertexId; 3],
+    /// Where its hole was last.
+    pub hole: Hole,
+    /// Where it should be now.
+    pub expected: [f64; 2],
+    /// What it took up.
+    pub region: &'a Region,
+    /// A dot of less persistence is no continuation.
+    pub least: f64,
+}
+
+/// How a track was recognized.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum By {
+    /// The same triangle, or a hole near by.
+    Place,
+    /// A hole in the same region.
+    Region,
+}
+
+/// Finds regions of sightings, each once.
+pub struct Regions<F> {
+    found: Vec<Option<Region>>,
+    find: F,
+}
+
+impl<F: Fn(usize) -> Region> Regions<F> {
+    /// Of so many sightings.
+    pub fn new(count: usize, find: F) -> Self {
+        Self { found: vec![None; count], find }
+    }
+
+    /// Looks at one.
+    pub fn of(&mut self, sighting: usize) -> &Region {
+        self.found[sighting].get_or_insert_with(|| (self.find)(sighting))
+    }
+
+    /// Takes one away.
+    pub fn take(&mut self, sighting: usize) -> Region {
+        self.found[sighting].take().unwrap_or_else(|| (self.find)(sighting))
+    }
+}
+
+/// Of each known track, the place of the sighting that is its own.
+pub fn recognize(
+    known: &[Known<'_>],
+    sightings: &[Sighting],
+    regions: &mut Regions<impl Fn(usize) -> Region>,
+) -> Vec<Option<(usize, By)>> {
+    let mut search = Search { known, sightings, own: vec![None; known.len()], is_taken: vec![false; sightings.len()] };
+    search.by_triangle();
+    let near = search.pairs_near();
+    search.assign(&near, By::Place);
+    let inside = search.pairs_inside(regions);
+    search.assign(&inside, By::Region);
+    search.own
+}
+
+struct Search<'a> {
+    known: &'a [Known<'a>],
+    sightings: &'a [Sighting],
+    own: Vec<Option<(usize, By)>>,
+    is_taken: Vec<bool>,
+}
+
+impl Search<'_> {
+    fn by_triangle(&mut self) {
+        let places: HashMap<[VertexId; 3], usize> =
+            self.sightings.iter().enumerate().map(|(place, sighting)| (sighting.triangle, place)).collect();
+        for (track, known) in self.known.iter().enumerate() {
+            let Some(&place) = places.get(&known.triangle) else { continue };
+            if self.sightings[place].persistence() >= known.least {
+                self.give(track, place, By::Place);
+            }
+        }
+    }
+
+    fn give(&mut self, track: usize, sighting: usize, by: By) {
+        self.own[track] = Some((sighting, by));
+        self.is_taken[sighting] = true;
+    }
+
+    fn assign(&mut self, pairs: &[Pair], by: By) {
+        for (track, sighting) in assign(pairs) {
+            self.give(track, sighting, by);
+        }
+    }
+
+    /// Tracks and sightings that are free, where one is near the place of the other, or near where it should be now.
+    fn pairs_near(&self) -> Vec<Pair> {
+        let mut free: Vec<usize> = (0..self.sightings.len()).filter(|&place| !self.is_taken[place]).collect();
+        let x = |place: usize| self.sightings[place].hole.center[0];
+        free.sort_by(|&a, &b| x(a).total_cmp(&x(b)));
+        let mut pairs = Vec::new();
+        for (track, known) in self.known.iter().enumerate().filter(|&(track, _)| self.own[track].is_none()) {
+            // No gate is wider.
+            let reach = NEAR * ALIKE * known.hole.radius;
+            let [was, is] = [known.hole.center, known.expected].map(|center| center[0]);
+            let first = free.partition_point(|&place| x(place) < was.min(is) - reach);
+            let near = free[first..].iter().take_while(|&&place| x(place) <= was.max(is) + reach);
+            for &place in near {
+                let Sighting { hole, .. } = self.sightings[place];
+                let places = [known.expected, known.hole.center];
+                let cost = places
+                    .map(|center| remoteness(Hole { center, ..known.hole }, hole))
+                    .into_iter()
+                    .fold(f64::INFINITY, f64::min);
+                if cost <= 1.0 && self.sightings[place].persistence() >= known.least {
+                    pairs.push(Pair { row: track, column: place, cost });
+                }
+            }
+        }
+        pairs
+    }
+
+    /// The same where each one's region holds the other's centre.
+    fn pairs_inside(&self, regions: &mut Regions<impl Fn(usize) -> Region>) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        for (track, known) in self.known.iter().enumerate().filter(|&(track, _)| self.own[track].is_none()) {
+            for (place, sighting) in self.sightings.iter().enumerate().filter(|&(place, _)| !self.is_taken[place]) {
+                let hole = sighting.hole;
+                let is_possible = are_alike(known.hole.radius, hole.radius)
+                    && sighting.persistence() >= known.least
+                    && known.region.contains(hole.center)
+                    && regions.of(place).contains(known.hole.center);
+                if is_possible {
+                    // Any of them is possible; the nearest is the likeliest.
+                    let apart = distance(known.hole.center, hole.center) / (known.hole.radius + hole.radius);
+                    pairs.push(Pair { row: track, column: place, cost: apart / (1.0 + apart) });
+                }
+            }
+        }
+        pairs
+    }
+}
+
+/// How far two holes are from being one: 0 if they are the same, more than 1 outside the gate.
+fn remoteness(a: Hole, b: Hole) -> f64 {
+    let apart = distance(a.center, b.center) / (NEAR * a.radius.max(b.radius));
+    let unlike = (b.radius / a.radius).ln().abs() / ALIKE.ln();
+    if apart <= 1.0 && unlike <= 1.0 { (apart + unlike) / 2.0 } else { f64::INFINITY }
+}
+
+fn are_alike(a: f64, b: f64) -> bool {
+    a <= ALIKE * b && b <= ALIKE * a
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}

@@ -1,0 +1,665 @@
+//! Tracks: persistent cycles followed from frame to frame, each under an id that lasts.
+//!
+//! In: the dots of a frame that are worth looking at, most persistent first, and where the cloud has changed. Out: a [`TrackStep`]: what has happened, and who is
+//! alive. A track is announced when its dot was selected in so many frames on end, and ends when it was not there in so many; in between it may be out of
+//! the selection without ending. Where a hole divides, the part with the larger death keeps the id, and the other one's track says what it was
+//! split from; where two become one, the one with the larger death goes on, and the other one's track says into which it was merged. Invariants: what is told depends on
+//! the positions of points alone, not on their order or ids; every track begins once and ends once; nothing is said of a track before it has begun or after it has
+//! ended. Must not know: how dots are found, formats.
+
+use std::num::NonZeroU32;
+
+use super::cloud::VertexId;
+use super::diff::EdgeId;
+use super::recognition::{By, Known, Regions, recognize};
+use super::region::{Region, Touched};
+use super::sighting::{Sighting, Sightings};
+use super::skeleton::Hole;
+use super::view::ViewSpec;
+
+/// A dot goes on being a track's with this share of the persistence that it had when it was last selected.
+const LEAST_SHARE: f64 = 0.5;
+
+/// The newest step's share in a velocity.
+const NEWEST_SHARE: f64 = 0.5;
+
+/// Names a track for good: they count from 1, in order of announcement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TrackId(pub u64);
+
+/// Which dots begin tracks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TrackRule {
+    /// Those that a view shows.
+    View(ViewSpec),
+    /// So many, the most persistent ones.
+    Top(NonZeroU32),
+    /// Those of at least this persistence.
+    Above(f64),
+}
+
+/// What is followed, and how patiently.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackOptions {
+    /// Which dots begin tracks.
+    pub rule: TrackRule,
+    /// In so many frames on end a dot has to be selected before its track is announced, or told to be back in the selection.
+    pub confirm: NonZeroU32,
+    /// In so many frames on end it has to be missing before its track ends, or is told to be out of the selection.
+    pub miss: NonZeroU32,
+    /// Changes of centre, birth and death of no more than this are not told. A length.
+    pub delta: f64,
+}
+
+impl TrackOptions {
+    /// By a rule, with two frames to confirm, three to miss, and every change told.
+    pub fn new(rule: TrackRule) -> Self {
+        let frames = |count: u32| NonZeroU32::MIN.saturating_add(count - 1);
+        Self { rule, confirm: frames(2), miss: frames(3), delta: 0.0 }
+    }
+}
+
+/// A persistent cycle that is followed, as it was last seen. Scales are radii.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Track {
+    /// Its name.
+    pub id: TrackId,
+    /// Frames since it was first seen, that one and this one among them.
+    pub age: u64,
+    /// The scale at which its cycle is born.
+    pub birth: f64,
+    /// The scale at which its hole is filled.
+    pub death: f64,
+    /// Where its hole is filled.
+    pub hole: Hole,
+    /// Of its hole at birth, islands left out.
+    pub area: f64,
+    /// Of the hole's centre, a frame.
+    pub velocity: [f64; 2],
+    /// Whether it is selected, as far as that was told.
+    pub is_selected: bool,
+}
+
+impl Track {
+    /// Death minus birth.
+    pub fn persistence(&self) -> f64 {
+        self.death - self.birth
+    }
+}
+
+/// What of a track has changed by more than was asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Changed {
+    /// The hole's centre.
+    pub center: bool,
+    /// The birth.
+    pub birth: bool,
+    /// The death, which is the hole's radius.
+    pub death: bool,
+}
+
+impl Changed {
+    fn any(self) -> bool {
+        self.center || self.birth || self.death
+    }
+}
+
+/// What has happened to a track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Happening {
+    /// It begins.
+    Born,
+    /// It begins inside what another one's hole was.
+    Split {
+        /// The other one, which goes on.
+        from: TrackId,
+    },
+    /// It has moved or changed since it was last told of.
+    Updated(Changed),
+    /// It goes on, out of the selection.
+    Unselected,
+    /// It is selected again.
+    Reselected,
+    /// It ends inside another one's hole.
+    Merged {
+        /// The other one, which goes on.
+        into: TrackId,
+    },
+    /// It ends.
+    Died,
+}
+
+/// Something that has happened to a track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackEvent {
+    /// In which frame.
+    pub frame: u64,
+    /// That frame's time.
+    pub time: Option<f64>,
+    /// What.
+    pub happening: Happening,
+    /// To whom.
+    pub track: Track,
+}
+
+/// What has happened to tracks up to a frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TrackStep {
+    /// Number of the frame.
+    pub number: u64,
+    /// Its time.
+    pub time: Option<f64>,
+    /// In order of ids; of one track, in order of [`Happening`].
+    pub events: Vec<TrackEvent>,
+    /// All tracks that have been announced and have not ended, by id.
+    pub alive: Vec<Track>,
+    /// Dots that the rule selects, and that were too many to be looked at: the least persistent ones.
+    pub left_out: usize,
+}
+
+/// A frame that tracks are brought to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct At {
+    /// Its number.
+    pub number: u64,
+    /// Its time.
+    pub time: Option<f64>,
+}
+
+/// Follows the persistent cycles of one stream.
+#[derive(Clone, Debug)]
+pub struct Tracker {
+    options: TrackOptions,
+    /// The frame that it has been brought to; 0 for none.
+    frame: u64,
+    /// In order of first sight.
+    lives: Vec<Life>,
+    /// Names lives, announced or not.
+    next_key: u64,
+    next_id: u64,
+}
+
+/// A track, announced or not.
+#[derive(Clone, Debug)]
+struct Life {
+    key: u64,
+    is_announced: bool,
+    track: Track,
+    /// As it was last told of.
+    told: Track,
+    first_seen: u64,
+    last_seen: u64,
+    triangle: [VertexId; 3],
+    edge: EdgeId,
+    region: Region,
+    /// A dot of less persistence is no continuation.
+    least: f64,
+    /// Frames on end in which it was not there.
+    missed: u32,
+    /// Frames on end in which its dot was on the other side of the selection than was told.
+    swayed: u32,
+    /// The life in whose hole it began.
+    parent: Option<u64>,
+    /// The life in whose hole it was lost.
+    heir: Option<u64>,
+}
+
+impl Tracker {
+    /// Has seen nothing yet.
+    pub fn new(options: TrackOptions) -> Self {
+        Self { options, frame: 0, lives: Vec::new(), next_key: 0, next_id: 1 }
+    }
+
+    /// What it follows, and how.
+    pub fn options(&self) -> &TrackOptions {
+        &self.options
+    }
+
+    /// Number of the frame it has been brought to; 0 for none.
+    pub fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// All tracks that have been announced and have not ended, by id.
+    pub fn alive(&self) -> impl Iterator<Item = &Track> {
+        self.announced().map(|life| &life.track)
+    }
+
+    /// The region that the hole of a living track took up when it was last seen; its outer walk is the track's cycle.
+    pub fn region(&self, id: TrackId) -> Option<&Region> {
+        self.announced().find(|life| life.track.id == id).map(|life| &life.region)
+    }
+
+    fn announced(&self) -> impl Iterator<Item = &Life> {
+        self.lives.iter().filter(|life| life.is_announced)
+    }
+
+    /// How many lives there are, announced or not, and the least persistence that continues one of them.
+    pub(super) fn looks_for(&self) -> (usize, f64) {
+        let least = self.lives.iter().map(|life| life.least).fold(f64::INFINITY, f64::min);
+        (self.lives.len(), least)
+    }
+
+    /// Brings tracks to a frame.
+    pub(super) fn advance(
+        &mut self,
+        at: At,
+        sightings: &Sightings,
+        touched: &Touched,
+        find_region: impl Fn(&Sighting) -> Region,
+    ) -> TrackStep {
+        let Sightings { all, is_selected, left_out } = sightings;
+        let mut regions = Regions::new(all.len(), |place: usize| find_region(&all[place]));
+        let known: Vec<Known<'_>> = self.lives.iter().map(|life| life.known(at.number)).collect();
+        let own = recognize(&known, all, &mut regions);
+        let mut is_new = is_selected.clone();
+        own.iter().flatten().for_each(|&(place, _)| is_new[place] = false);
+        let newcomers: Vec<usize> = (0..all.len()).filter(|&place| is_new[place]).collect();
+        // In whose hole something is new is told by the regions before the change, or else by those after it.
+        let before: Vec<Option<u64>> = newcomers.iter().map(|&place| self.around(all[place].hole.center)).collect();
+        for (life, own) in self.lives.iter_mut().zip(&own) {
+            match *own {
+                Some((place, by)) => {
+                    life.see(at.number, &all[place], by, is_selected[place]);
+                    if life.is_changed(&all[place]) || life.region.is_touched(life.track.birth, touched) {
+                        life.settle(&all[place], regions.take(place));
+                    }
+                }
+                None => life.missed = life.missed.saturating_add(1),
+            }
+        }
+        self.frame = at.number;
+        let parents: Vec<Option<u64>> = newcomers
+            .iter()
+            .zip(before)
+            .map(|(&place, before)| before.or_else(|| self.around(all[place].hole.center)))
+            .collect();
+        for (&place, parent) in newcomers.iter().zip(parents) {
+            self.lives.push(Life::new(self.next_key, at.number, &all[place], regions.take(place), parent));
+            self.next_key += 1;
+        }
+        self.find_heirs();
+        let events = self.tell(at);
+        let alive = self.announced().map(|life| life.track).collect();
+        TrackStep { number: at.number, time: at.time, events, alive, left_out: *left_out }
+    }
+
+    /// The announced life that is there now, in whose hole a point lies: the smallest, if there are several.
+    fn around(&self, point: [f64; 2]) -> Option<u64> {
+        let around = self.announced().filter(|life| life.region.contains(point));
+        around.min_by(|a, b| a.track.area.total_cmp(&b.track.area)).map(|life| life.key)
+    }
+
+    /// In whose hole lost ones were lost.
+    fn find_heirs(&mut self) {
+        for place in 0..self.lives.len() {
+            let life = &self.lives[place];
+            let is_there = |key: u64| self.lives.iter().any(|other| other.key == key && other.missed == 0);
+            if life.is_announced && life.missed > 0 && !life.heir.is_some_and(is_there) {
+                let center = life.track.hole.center;
+                let around = self.announced().filter(|other| other.missed == 0 && other.region.contains(center));
+                let heir = around.min_by(|a, b| a.track.area.total_cmp(&b.track.area)).map(|life| life.key);
+                self.lives[place].heir = heir;
+            }
+        }
+    }
+
+    /// What has happened, in order of ids.
+    fn tell(&mut self, at: At) -> Vec<TrackEvent> {
+        let TrackOptions { confirm, miss, delta, .. } = self.options;
+        // Who was never announced goes without a word.
+        self.lives.retain(|life| life.is_announced || life.missed == 0 && life.track.is_selected);
+        let mut events = Vec::new();
+        let mut ended = Vec::new();
+        for place in 0..self.lives.len() {
+            let life = &self.lives[place];
+            let mut happenings = Vec::new();
+            if life.missed >= miss.get() {
+                ended.push(life.key);
+                happenings.push(self.id_of(life.heir).map_or(Happening::Died, |into| Happening::Merged { into }));
+            } else if life.is_announced && life.missed == 0 {
+                happenings.extend(life.update(delta).map(Happening::Updated));
+                happenings.extend(life.sway(confirm, miss));
+            } else if !life.is_announced && at.number - life.first_seen + 1 >= u64::from(confirm.get()) {
+                happenings.push(self.id_of(life.parent).map_or(Happening::Born, |from| Happening::Split { from }));
+            }
+            for happening in happenings {
+                let id = TrackId(self.next_id);
+                let life = &mut self.lives[place];
+                if life.tell(happening, id) {
+                    self.next_id += 1;
+                }
+                events.push(TrackEvent { frame: at.number, time: at.time, happening, track: life.track });
+            }
+        }
+        self.lives.retain(|life| !ended.contains(&life.key));
+        events.sort_by_key(|event| event.track.id);
+        events
+    }
+
+    /// The name of a life that has been announced and is there.
+    fn id_of(&self, key: Option<u64>) -> Option<TrackId> {
+        self.announced().find(|life| Some(life.key) == key && life.missed == 0).map(|life| life.track.id)
+    }
+}
+
+impl Life {
+    fn new(key: u64, frame: u64, sighting: &Sighting, region: Region, parent: Option<u64>) -> Self {
+        let track = Track {
+            id: TrackId(0),
+            age: 1,
+            birth: sighting.critical.birth,
+            death: sighting.critical.death,
+            hole: sighting.hole,
+            area: region.area(),
+            velocity: [0.0; 2],
+            is_selected: true,
+        };
+        Self {
+            key,
+            is_announced: false,
+            track,
+            told: track,
+            first_seen: frame,
+            last_seen: frame,
+            triangle: sighting.triangle,
+            edge: sighting.critical.edge,
+            region,
+            least: LEAST_SHARE * sighting.persistence(),
+            missed: 0,
+            swayed: 0,
+            parent,
+            heir: None,
+        }
+    }
+
+    fn known(&self, frame: u64) -> Known<'_> {
+        let Track { hole, velocity, .. } = self.track;
+        let frames = (frame - self.last_seen) as f64;
+        let expected = [0, 1].map(|axis| hole.center[axis] + velocity[axis] * frames);
+        Known { triangle: self.triangle, hole, expected, region: &self.region, least: self.least }
+    }
+
+    /// Its dot is there.
+    fn see(&mut self, frame: u64, sighting: &Sighting, by: By, is_selected: bool) {
+        let frames = (frame - self.last_seen) as f64;
+        for axis in 0..2 {
+            let moved = (sighting.hole.center[axis] - self.track.hole.center[axis]) / frames;
+            // A hole that is found by its region may have jumped inside it, which is no movement.
+            let newest = if by == By::Place { NEWEST_SHARE * (moved - self.track.velocity[axis]) } else { 0.0 };
+            self.track.velocity[axis] += newest;
+        }
+        self.track.age = frame - self.first_seen + 1;
+        self.track.hole = sighting.hole;
+        self.last_seen = frame;
+        (self.missed, self.heir) = (0, None);
+        if is_selected {
+            self.least = LEAST_SHARE * sighting.persistence();
+        }
+        if !self.is_announced {
+            self.track.is_selected = is_selected;
+        }
+        self.swayed = if is_selected == self.track.is_selected { 0 } else { self.swayed.saturating_add(1) };
+    }
+
+    /// Whether its dot is another one than the one whose region is known.
+    fn is_changed(&self, sighting: &Sighting) -> bool {
+        let critical = &sighting.critical;
+        let label = (critical.edge, critical.birth, critical.death, sighting.triangle);
+        label != (self.edge, self.track.birth, self.track.death, self.triangle)
+    }
+
+    /// Takes on a dot and its region.
+    fn settle(&mut self, sighting: &Sighting, region: Region) {
+        (self.edge, self.triangle) = (sighting.critical.edge, sighting.triangle);
+        (self.track.birth, self.track.death) = (sighting.critical.birth, sighting.critical.death);
+        self.track.area = region.area();
+        self.region = region;
+    }
+
+    /// What has changed since it was told of.
+    fn update(&self, delta: f64) -> Option<Changed> {
+        let (now, told) = (&self.track, &self.told);
+        let is_more = |a: f64, b: f64| (a - b).abs() > delta;
+        let [[x, y], [old_x, old_y]] = [now.hole.center, told.hole.center];
+        let center = (x - old_x).hypot(y - old_y) > delta;
+        let changed = Changed { center, birth: is_more(now.birth, told.birth), death: is_more(now.death, told.death) };
+        changed.any().then_some(changed)
+    }
+
+    /// Whether it has gone out of the selection or come back for good.
+    fn sway(&self, confirm: NonZeroU32, miss: NonZeroU32) -> Option<Happening> {
+        match self.track.is_selected {
+            true => (self.swayed >= miss.get()).then_some(Happening::Unselected),
+            false => (self.swayed >= confirm.get()).then_some(Happening::Reselected),
+        }
+    }
+
+    /// Takes note of what is told of it; whether it takes this id, since it begins.
+    fn tell(&mut self, happening: Happening, id: TrackId) -> bool {
+        match happening {
+            Happening::Born | Happening::Split { .. } => (self.is_announced, self.track.id) = (true, id),
+            Happening::Unselected => (self.track.is_selected, self.swayed) = (false, 0),
+            Happening::Reselected => (self.track.is_selected, self.swayed) = (true, 0),
+            Happening::Updated(_) | Happening::Merged { .. } | Happening::Died => {}
+        }
+        self.told = self.track;
+        matches!(happening, Happening::Born | Happening::Split { .. })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::topology::testing::{Points, clouds, ring};
+    use crate::topology::{Options, Pipeline, Window};
+
+    /// A stream whose frames replace each other, and who follows it.
+    struct Scene {
+        pipeline: Pipeline,
+        tracker: Tracker,
+    }
+
+    impl Scene {
+        fn new(rule: TrackRule) -> Self {
+            let window = Window::Frames(std::num::NonZeroU64::MIN);
+            let pipeline = Pipeline::new(Options { window, resolution: None });
+            Self { pipeline, tracker: Tracker::new(TrackOptions::new(rule)) }
+        }
+
+        fn show(&mut self, points: &[[f64; 2]]) -> TrackStep {
+            assert_eq!(self.pipeline.feed_points(points, None), []);
+            self.pipeline.commit(None);
+            self.pipeline.poll_tracks(&mut self.tracker).expect("a frame was committed")
+        }
+
+        /// What has happened in some frames that are alike, updates left out.
+        fn hold(&mut self, frames: usize, points: &[[f64; 2]]) -> Vec<(u64, u64, Happening)> {
+            let steps: Vec<TrackStep> = (0..frames).map(|_| self.show(points)).collect();
+            let events = steps.iter().flat_map(|step| &step.events);
+            let news = events.filter(|event| !matches!(event.happening, Happening::Updated(_)));
+            news.map(|event| (event.frame, event.track.id.0, event.happening)).collect()
+        }
+    }
+
+    fn moved(points: &[[f64; 2]], [dx, dy]: [f64; 2]) -> Points {
+        points.iter().map(|[x, y]| [x + dx, y + dy]).collect()
+    }
+
+    /// The border of two discs of radii 10 and 8 whose centres are so far apart.
+    fn pair(apart: f64) -> Points {
+        let (big, small) = (ring(63, 10.0), moved(&ring(50, 8.0), [apart, 0.0]));
+        let outside = |point: &&[f64; 2], center: f64, radius: f64| (point[0] - center).hypot(point[1]) > radius;
+        let big = big.iter().filter(|point| outside(point, apart, 8.0));
+        big.chain(small.iter().filter(|point| outside(point, 0.0, 10.0))).copied().collect()
+    }
+
+    const ABOVE: TrackRule = TrackRule::Above(3.0);
+
+    #[test]
+    fn a_ring_is_announced_followed_and_ended() {
+        let mut scene = Scene::new(ABOVE);
+        let circle = ring(40, 10.0);
+        assert_eq!(scene.hold(4, &circle), [(2, 1, Happening::Born)]);
+        let step = scene.show(&moved(&circle, [1.0, 0.0]));
+        let [event] = &step.events[..] else { panic!("one event: {step:?}") };
+        assert_eq!(event.happening, Happening::Updated(Changed { center: true, birth: false, death: false }));
+        let Track { id, age, hole, velocity, .. } = event.track;
+        assert_eq!((id, age), (TrackId(1), 5));
+        assert!((hole.center[0] - 1.0).abs() < 1e-9 && (velocity[0] - 0.5).abs() < 1e-9, "{hole:?} {velocity:?}");
+        assert!((step.alive[0].area - 40.0 / 2.0 * 100.0 * (std::f64::consts::TAU / 40.0).sin()).abs() < 1e-9);
+        assert_eq!(scene.tracker.region(id).unwrap().boundary()[0].len(), 40);
+        assert_eq!(scene.hold(4, &[[0.0, 0.0]]), [(8, 1, Happening::Died)]);
+        assert_eq!(scene.tracker.alive().count(), 0);
+    }
+
+    #[test]
+    fn a_flash_is_no_track_and_a_gap_does_not_end_one() {
+        let mut scene = Scene::new(ABOVE);
+        let circle = ring(40, 10.0);
+        let flash = [circle.clone(), moved(&circle, [50.0, 0.0])].concat();
+        assert_eq!(scene.hold(2, &circle).len(), 1);
+        assert_eq!(scene.hold(1, &flash), []);
+        assert_eq!(scene.hold(2, &[[0.0, 0.0]]), []);
+        assert_eq!(scene.hold(3, &circle), []);
+    }
+
+    #[test]
+    fn a_hole_that_divides_keeps_its_name_and_names_its_part() {
+        let mut scene = Scene::new(ABOVE);
+        assert_eq!(scene.hold(3, &pair(14.0)), [(2, 1, Happening::Born)]);
+        let split = Happening::Split { from: TrackId(1) };
+        assert_eq!(scene.hold(4, &pair(17.9)), [(5, 2, split)]);
+        let [big, small] = [1, 2].map(|id| *scene.tracker.alive().find(|track| track.id == TrackId(id)).unwrap());
+        assert!(big.hole.radius > 9.5 && (7.5..8.5).contains(&small.hole.radius), "{big:?} {small:?}");
+        let merged = Happening::Merged { into: TrackId(1) };
+        assert_eq!(scene.hold(4, &pair(14.0)), [(10, 2, merged)]);
+    }
+
+    #[test]
+    fn a_hole_whose_larger_part_changes_sides_is_the_same() {
+        let mut scene = Scene::new(ABOVE);
+        let swap = |points: Points| points.into_iter().map(|[x, y]| [14.0 - x, y]).collect::<Points>();
+        assert_eq!(scene.hold(3, &pair(14.0)).len(), 1);
+        assert_eq!(scene.hold(3, &swap(pair(14.0))), []);
+    }
+
+    #[test]
+    fn out_of_the_view_is_not_out_of_the_world() {
+        let mut scene = Scene::new(TrackRule::Top(NonZeroU32::MIN));
+        let (large, small) = (ring(40, 10.0), moved(&ring(40, 8.0), [40.0, 0.0]));
+        assert_eq!(scene.hold(3, &small), [(2, 1, Happening::Born)]);
+        let both = [large, small.clone()].concat();
+        assert_eq!(scene.hold(4, &both), [(5, 2, Happening::Born), (6, 1, Happening::Unselected)]);
+        assert_eq!(scene.hold(4, &small), [(9, 1, Happening::Reselected), (10, 2, Happening::Died)]);
+    }
+
+    #[test]
+    fn what_moves_less_than_asked_for_is_not_told() {
+        let mut scene = Scene::new(ABOVE);
+        scene.tracker.options.delta = 1.0;
+        let circle = ring(40, 10.0);
+        scene.hold(2, &circle);
+        let told: Vec<usize> =
+            (1..=7).map(|step| scene.show(&moved(&circle, [f64::from(step) * 0.4, 0.0])).events.len()).collect();
+        assert_eq!(told, [0, 0, 1, 0, 0, 1, 0]);
+    }
+
+    #[test]
+    fn a_frame_is_told_once_and_skipped_ones_count() {
+        let mut scene = Scene::new(ABOVE);
+        let circle = ring(40, 10.0);
+        scene.show(&circle);
+        assert_eq!(scene.pipeline.poll_tracks(&mut scene.tracker), None);
+        scene.pipeline.feed_points(&circle, None);
+        scene.pipeline.commit(None);
+        let step = scene.show(&circle);
+        assert_eq!((step.number, step.events[0].happening, step.events[0].track.age), (3, Happening::Born, 3));
+    }
+
+    /// Rings that jump about, some close to each other, in clouds of every kind; between frames a part of the points changes.
+    fn frames() -> impl Strategy<Value = Vec<Points>> {
+        let circle = (8..30_u32, 0.2..1.5, -2.0..2.0, -2.0..2.0);
+        let circles = prop::collection::vec(circle, 0..4).prop_map(|circles| {
+            circles
+                .into_iter()
+                .flat_map(|(count, radius, x, y)| moved(&ring(count, radius), [x, y]))
+                .collect::<Points>()
+        });
+        let cloud = (clouds(), circles).prop_map(|(cloud, circles)| [cloud, circles].concat());
+        prop::collection::vec((cloud, 0..4_usize, 1..4_usize), 1..6).prop_map(|steps| {
+            let mut frames: Vec<Points> = Vec::new();
+            for (cloud, share, times) in steps {
+                for _ in 0..times {
+                    let stay = frames.last().map_or(&[][..], |last| &last[..last.len() * share / 4]);
+                    frames.push([stay, &cloud[..]].concat());
+                }
+            }
+            frames
+        })
+    }
+
+    fn rules() -> impl Strategy<Value = TrackRule> {
+        let ranks = (1..4_u32, 1..3_u32).prop_map(|(k, l)| [k, l].map(|rank| NonZeroU32::new(rank).unwrap()));
+        prop_oneof![
+            (0.01..0.5).prop_map(TrackRule::Above),
+            (1..9_u32).prop_map(|most| TrackRule::Top(NonZeroU32::new(most).unwrap())),
+            ranks.prop_map(|[k, l]| TrackRule::View(ViewSpec::Derived { k, l })),
+            Just(TrackRule::View(ViewSpec::Full)),
+        ]
+    }
+
+    /// Every track begins once, ends once, and is told of in between only; those alive are those that have begun and not ended.
+    fn check_lives(living: &mut Vec<TrackId>, step: &TrackStep) {
+        for event in &step.events {
+            let id = event.track.id;
+            match event.happening {
+                Happening::Born | Happening::Split { .. } => {
+                    assert!(!living.contains(&id));
+                    living.push(id);
+                }
+                Happening::Merged { .. } | Happening::Died => living.retain(|other| *other != id),
+                _ => assert!(living.contains(&id)),
+            }
+            if let Happening::Split { from: other } | Happening::Merged { into: other } = event.happening {
+                assert!(living.contains(&other) && other != id);
+            }
+        }
+        assert_eq!(step.alive.iter().map(|track| track.id).collect::<Vec<_>>(), *living);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
+
+        /// Not the order of points, nor how skeletons are found, decides anything; and regions that were kept are those that would be found.
+        #[test]
+        fn tracks_depend_on_positions_alone((frames, seed) in (frames(), any::<u64>()), rule in rules()) {
+            let mut scene = Scene::new(rule);
+            let mut other = Scene::new(rule);
+            other.pipeline = other.pipeline.with_leaf(6);
+            let mut living = Vec::new();
+            for points in frames {
+                let step = scene.show(&points);
+                check_lives(&mut living, &step);
+                let mut shuffled = points.clone();
+                shuffled.rotate_left(seed as usize % points.len().max(1));
+                shuffled.reverse();
+                prop_assert_eq!(&other.show(&shuffled), &step);
+                let frame = scene.pipeline.poll_frame().expect("a frame was committed");
+                for life in scene.tracker.lives.iter().filter(|life| life.missed == 0) {
+                    let is_its = |dot: &&crate::topology::Dot| {
+                        (dot.birth, dot.death) == (life.track.birth, life.track.death) && frame.skeleton.hole(dot) == life.track.hole
+                    };
+                    let dot = frame.skeleton.dots().iter().find(is_its).expect("its dot");
+                    let walks = &scene.pipeline.hole_boundaries(&[*dot])[0];
+                    let named = |place: &u32| frame.skeleton.vertices()[*place as usize];
+                    let fresh: Vec<Vec<VertexId>> = walks.iter().map(|walk| walk.iter().map(|place| named(place).id).collect()).collect();
+                    let kept: Vec<Vec<VertexId>> = life.region.boundary().iter().map(|walk| walk.iter().map(|vertex| vertex.0).collect()).collect();
+                    prop_assert_eq!(fresh, kept);
+                }
+            }
+        }
+    }
+}
