@@ -7,7 +7,7 @@ use thiserror::Error;
 use crate::frame::FrameError;
 
 /// The protocol version of this crate.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 const MAGIC: [u8; 8] = *b"HOPES\r\n\x1a";
 

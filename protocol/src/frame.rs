@@ -55,6 +55,8 @@ pub enum FrameError {
 /// A message as it came: known to be whole, not read yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
+    /// The version of the protocol that it is of.
+    pub version: u16,
     /// The conversation that it belongs to.
     pub channel: u32,
     /// Type of the message.
@@ -69,7 +71,7 @@ impl Frame {
     /// # Errors
     /// [`BodyError`].
     pub fn message(&self) -> Result<Message, BodyError> {
-        Message::decode(self.kind, &self.body)
+        Message::decode(self.version, self.kind, &self.body)
     }
 }
 
@@ -199,5 +201,5 @@ fn decode(bytes: &[u8], agreed: u16, largest: u32) -> Result<(Frame, usize), Fra
     if u32::from_le_bytes(*crc) != crc32c::crc32c(body) {
         return Err(FrameError::Malformed("the body's checksum does not fit"));
     }
-    Ok((Frame { channel, kind, body: body.to_vec() }, HEADER + needed))
+    Ok((Frame { version: found, channel, kind, body: body.to_vec() }, HEADER + needed))
 }

@@ -43,6 +43,7 @@ mod frame;
 mod message;
 mod mirror;
 mod producer;
+mod tracks;
 mod types;
 
 pub use banner::{Banner, NoCommonVersion, VERSION};
@@ -63,6 +64,7 @@ pub use producer::{
     Accepted, Batch, Close, Closed, Commit, Committed, LISTED_REFUSALS, Open, Opened, Overloaded, Policy, Refusal,
     RefusalCode, Refused, Retract,
 };
+pub use tracks::{Happening, Track, TrackChanges, TrackCycle, TrackEvent, Tracks, TracksWanted, WantTracks};
 pub use types::{
     Critical, Cut, Dot, DotsWanted, Edge, FrameInfo, LONGEST_NAME, Simplify, Vertex, View, Window, is_name, is_pattern,
 };

@@ -8,9 +8,10 @@ use crate::consumer::*;
 use crate::daemon::*;
 use crate::frame::header;
 use crate::producer::*;
+use crate::tracks::*;
 
 macro_rules! messages {
-    ($($kind:literal $name:ident($body:ty),)*) => {
+    ($($kind:literal $name:ident($body:ty) $(since $since:literal)?,)*) => {
         /// Any message.
         #[derive(Clone, Debug, PartialEq)]
         #[allow(missing_docs, reason = "each is documented as the type of its body")]
@@ -29,13 +30,20 @@ macro_rules! messages {
                 }
             }
 
-            /// Reads the body of a message of a type.
+            /// The first version that has it.
+            pub fn since(&self) -> u16 {
+                match self {
+                    $(Self::$name(_) => first_version([$($since)?]),)*
+                }
+            }
+
+            /// Reads the body of a message of a type, as a version has it.
             ///
             /// # Errors
             /// [`BodyError`].
-            pub fn decode(kind: u16, body: &[u8]) -> Result<Self, BodyError> {
+            pub fn decode(version: u16, kind: u16, body: &[u8]) -> Result<Self, BodyError> {
                 match kind {
-                    $($kind => codec::decode(kind, body).map(Self::$name),)*
+                    $($kind if version >= first_version([$($since)?]) => codec::decode(kind, body).map(Self::$name),)*
                     kind => Err(BodyError::UnknownType { kind }),
                 }
             }
@@ -53,6 +61,11 @@ macro_rules! messages {
             }
         })*
     };
+}
+
+/// Messages of which none is told are of version 1.
+fn first_version<const N: usize>(since: [u16; N]) -> u16 {
+    since.first().copied().unwrap_or(1)
 }
 
 messages! {
@@ -89,6 +102,8 @@ messages! {
     0x020A Lagged(Lagged),
     0x020B Resumed(Resumed),
     0x020C Unsubscribed(Unsubscribed),
+    0x020D WantTracks(WantTracks) since 2,
+    0x020E Tracks(Tracks) since 2,
     0x0F01 Elapsed(Elapsed),
 }
 
