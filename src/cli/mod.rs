@@ -3,6 +3,7 @@
 //! In: parsed arguments. Out: a subcommand run. Invariants: every option that takes a scale takes a radius; every help text has an
 //! example. Must not know: how frames are computed.
 
+mod aligned;
 mod args;
 mod compute;
 mod feed;
