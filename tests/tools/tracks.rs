@@ -214,6 +214,8 @@ fn a_signal_shows_what_was_read_so_far() {
     running.until_read();
     running.signal(Signal::INT);
     running.until_log("SIGINT: stopped after 7 frames");
+    assert_eq!((0..4).filter_map(|_| running.line()).count(), 4, "a line of heads and three tracks");
+    // Its stdin is open to the end.
     let finished = running.ends();
     assert_eq!(finished.code, Some(0), "{}", finished.err);
 }
@@ -308,8 +310,18 @@ fn the_most_persistent_are_shown_and_the_rest_is_counted() {
     assert_eq!(class(&document, "bar").len(), 1);
     assert!(hint(class(&document, "bar")[0]).contains("track 1:"));
     assert!(class(&document, "split").is_empty() && class(&document, "merger").is_empty());
-    assert!(text.contains("the 1 most persistent are shown, 2 left out"), "{text}");
+    assert!(text.contains("the 1 most persistent shown, 2 left out"), "{text}");
     assert!(!picture(&lives(), "").contains("left out"));
+}
+
+#[test]
+fn bars_of_several_streams_are_told_apart() {
+    let (long, born) = ("x".repeat(190), [event(31, "born", 0.0, 1.0, [0.0, 0.0])]);
+    let text = picture(&(line(&long, 1, None, &born) + &line("a", 1, None, &born)), "");
+    let document = Document::parse(&text).unwrap();
+    let names = document.descendants().filter(|node| node.has_tag_name("text")).filter_map(|node| node.text());
+    let names: Vec<&str> = names.filter(|name| name.ends_with(" 31")).collect();
+    assert_eq!(names, ["a 31", &format!("\u{2026}{} 31", "x".repeat(16))]);
 }
 
 #[test]

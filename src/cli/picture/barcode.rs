@@ -8,7 +8,6 @@ use super::layout::Rect;
 use super::legend;
 use super::page::{Anchor, FRAME, GRID, GROUND, INK, MUTED, Page, Type, text_width};
 use super::ramp::{Ramp, STOPS};
-use super::words::shortened;
 
 /// What is to be drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,8 +83,8 @@ const HEADER: f64 = 80.0;
 const FOOTER: f64 = 84.0;
 /// The colour bar and its numbers.
 const BAR: f64 = 104.0;
-/// Longest name, in characters.
-const NAME: usize = 16;
+/// Longest name that is shown whole, in characters.
+const NAME: usize = 20;
 /// Room for a bar, where there are few and where there are many.
 const ROWS: [f64; 2] = [16.0, 5.0];
 /// The panel becomes no higher than that as long as rows can be made thinner.
@@ -94,6 +93,8 @@ const TALL: f64 = 1600.0;
 const LOW: f64 = 120.0;
 /// Rows lower than this have no names.
 const NAMED: f64 = 11.0;
+/// The least width of a bar.
+const LEAST: f64 = 2.0;
 const PALE: &str = "fill-opacity=\".3\"";
 
 /// Draws lives as bars.
@@ -135,7 +136,7 @@ impl<'a> Chart<'a> {
     fn new(barcode: &'a Barcode) -> Self {
         let count = barcode.bars.len().max(1) as f64;
         let row = (TALL / count).clamp(ROWS[1], ROWS[0]);
-        let names = barcode.bars.iter().map(|bar| text_width(&shortened(&bar.name, NAME)));
+        let names = barcode.bars.iter().map(|bar| text_width(&tail(&bar.name)));
         let gutter = if row >= NAMED { names.fold(0.0, f64::max) + 10.0 } else { 4.0 };
         let height = (row * count + 16.0).max(LOW);
         let x = MARGIN + gutter;
@@ -192,8 +193,7 @@ impl<'a> Chart<'a> {
     fn draw_bar(&self, page: &mut Page, y: f64, bar: &Bar) {
         let color = self.ramp.bucket(bar.strength).color();
         if self.row >= NAMED {
-            let name = shortened(&bar.name, NAME);
-            page.text([self.panel.x - 6.0, y + 4.0], Type::new(Anchor::End, MUTED), &name);
+            page.text([self.panel.x - 6.0, y + 4.0], Type::new(Anchor::End, MUTED), &tail(&bar.name));
         }
         page.group(format_args!("class=\"bar\" fill=\"{color}\""), |page| {
             page.hint(&bar.hint);
@@ -274,5 +274,11 @@ impl<'a> Chart<'a> {
     }
 }
 
-/// The least width of a bar.
-const LEAST: f64 = 2.0;
+/// A name of bounded length: its end tells one bar from another.
+fn tail(name: &str) -> String {
+    let count = name.chars().count();
+    if count <= NAME {
+        return name.to_owned();
+    }
+    ['\u{2026}'].into_iter().chain(name.chars().skip(count - NAME + 1)).collect()
+}

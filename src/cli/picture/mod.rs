@@ -34,6 +34,7 @@ use ramp::Ramp;
 pub use barcode::{Bar, Barcode, Link, LinkKind, barcode};
 pub use numbers::count;
 pub use raster::png;
+pub use words::shortened;
 
 /// Vertices and edges of a simplified skeleton.
 pub type Simplified<'a> = (&'a [[f64; 2]], &'a [[u32; 2]]);

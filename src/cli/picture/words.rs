@@ -18,18 +18,18 @@ pub(super) fn headline(scene: &Scene<'_>, name: Option<&str>) -> String {
         ViewSpec::Reduced { .. } => "reduced skeleton HoPeS(\u{3b1})".to_owned(),
         ViewSpec::Derived { k, l } => format!("derived skeleton HoPeS({k}, {l})"),
     };
-    match name.map(|name| shortened(name, NAME)).filter(|name| !name.is_empty()) {
+    match name.map(shortened).filter(|name| !name.is_empty()) {
         Some(name) => format!("{name}: {what}"),
         None => what,
     }
 }
 
-/// A name of so many characters at the most.
-pub(super) fn shortened(name: &str, most: usize) -> String {
-    if name.chars().count() <= most {
+/// A name that is short enough for a headline.
+pub fn shortened(name: &str) -> String {
+    if name.chars().count() <= NAME {
         return name.to_owned();
     }
-    name.chars().take(most - 1).chain(['\u{2026}']).collect()
+    name.chars().take(NAME - 1).chain(['\u{2026}']).collect()
 }
 
 /// Numbers about the picture.

@@ -11,7 +11,7 @@ use thiserror::Error;
 use super::frame::Moment;
 use super::lives::{Began, Ended, Life, Lives, Stream};
 use super::order::order;
-use crate::cli::picture::{Bar, Barcode, Link, LinkKind, count};
+use crate::cli::picture::{Bar, Barcode, Link, LinkKind, count, shortened};
 use crate::cli::show::Short;
 
 /// What bars are drawn over.
@@ -67,7 +67,7 @@ pub fn chart(lives: &Lives, most: usize, axis: Axis, name: Option<&str>) -> Resu
     let bars = rows.iter().map(|&index| bar(&shown[index], has_streams, &place)).collect();
     let links = links.into_iter().map(|link| Link { bars: link.bars.map(|index| row_of[index]), ..link }).collect();
     let range = range(lives, &place)?;
-    let title = name.map_or("Lives of tracks".to_owned(), |name| format!("{name}: lives of tracks"));
+    let title = name.map_or("Lives of tracks".to_owned(), |name| format!("{}: lives of tracks", shortened(name)));
     let axis = if axis == Axis::Frame { "frame" } else { "time" };
     Ok(Barcode { title, facts: facts(lives, shown.len()), axis, range, bars, links })
 }
@@ -167,7 +167,7 @@ fn facts(lives: &Lives, shown: usize) -> String {
     }
     facts.extend([count(tracks, "track"), count(splits, "split"), count(mergers, "merger")]);
     if tracks > shown {
-        facts.push(format!("the {shown} most persistent are shown, {} left out", tracks - shown));
+        facts.push(format!("the {shown} most persistent shown, {} left out", tracks - shown));
     }
     facts.join(" \u{b7} ")
 }
