@@ -151,7 +151,7 @@ impl fmt::Display for Line<'_> {
 }
 
 /// A number to four digits.
-struct Short(f64);
+pub struct Short(pub f64);
 
 impl fmt::Display for Short {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
