@@ -16,6 +16,7 @@ mod recheck;
 mod record;
 mod recording;
 mod replay;
+mod scene;
 mod serve;
 mod show;
 mod source;
@@ -54,6 +55,7 @@ enum Command {
     Status(status::Status),
     Record(record::Record),
     Replay(replay::Replay),
+    Scene(scene::Play),
 }
 
 /// Why a subcommand did not succeed.
@@ -88,6 +90,7 @@ impl Cli {
             Command::Status(status) => status.run(),
             Command::Record(record) => record.run(),
             Command::Replay(replay) => replay.run(),
+            Command::Scene(play) => play.run(),
         }
     }
 }
