@@ -194,7 +194,8 @@ fn positive(word: &str, what: &str) -> Result<f64, String> {
     if value > 0.0 { Ok(value) } else { Err(format!("{value} is not a {what}: it must be above 0")) }
 }
 
-fn number(word: &str) -> Result<f64, String> {
+/// A finite number.
+pub fn number(word: &str) -> Result<f64, String> {
     match word.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(format!("{word:?} is not a finite number")),

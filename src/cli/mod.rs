@@ -17,6 +17,7 @@ mod recheck;
 mod record;
 mod recording;
 mod replay;
+mod scene;
 mod serve;
 mod show;
 mod source;
@@ -57,6 +58,7 @@ enum Command {
     Record(record::Record),
     Replay(replay::Replay),
     Tracks(tracks::Tracks),
+    Scene(scene::Play),
 }
 
 /// Why a subcommand did not succeed.
@@ -102,6 +104,7 @@ impl Cli {
             Command::Record(record) => record.run(),
             Command::Replay(replay) => replay.run(),
             Command::Tracks(tracks) => tracks.run(),
+            Command::Scene(play) => play.run(),
         }
     }
 }
