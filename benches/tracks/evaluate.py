@@ -113,10 +113,20 @@ class Settings:
     frames: int | None = None
     points_per_radius: float | None = None
     churn: float | None = None
+    confirm: int | None = None
+    miss: int | None = None
 
     def options(self) -> list[str]:
-        wanted = {"--frames": self.frames, "--points-per-radius": self.points_per_radius, "--churn": self.churn}
-        return [word for key, value in wanted.items() if value is not None for word in (key, str(value))]
+        """Of the scene."""
+        return given({"--frames": self.frames, "--points-per-radius": self.points_per_radius, "--churn": self.churn})
+
+    def patience(self) -> list[str]:
+        """Of the tracker."""
+        return given({"--track-confirm": self.confirm, "--track-miss": self.miss})
+
+
+def given(wanted: dict[str, float | None]) -> list[str]:
+    return [word for key, value in wanted.items() if value is not None for word in (key, str(value))]
 
 
 @dataclass
@@ -155,7 +165,7 @@ def evaluate(settings: Settings, this: Run) -> Result:
         run(scene_command(settings, this, str(points), str(truth_file)))
         with truth_file.open() as lines:
             truth = scoring.read_truth(lines)
-        tracks = follow(settings, points, truth.above)
+        tracks = follow(settings, points, truth.above, *settings.patience())
         # Tracks of all dots that are in the frame, in no other.
         dots = follow(settings, points, truth.above, "--track-confirm", "1", "--track-miss", "1")
     if tracks.alive.keys() != truth.holes.keys():
@@ -293,6 +303,8 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     option("--frames", type=positive, help="frames of a run (default: that of hopes scene)")
     option("--points-per-radius", type=float, help="density (default: that of hopes scene)")
     option("--churn", type=float, help="share of the points that is new in a frame (default: that of hopes scene)")
+    option("--confirm", type=positive, help="serve's --track-confirm (default: that of hopes serve)")
+    option("--miss", type=positive, help="serve's --track-miss (default: that of hopes serve)")
     option("--quick", action="store_true", help="a few short runs")
     option("--require", action="store_true", help="fail where the bounds are not met")
     option("--csv", type=writable, metavar="FILE", help="write all counts of every run to FILE")
@@ -314,7 +326,7 @@ def contest(options: argparse.Namespace) -> int:
         run(["cargo", "build", "--release", "--locked"])
     hopes = str(Path(options.hopes).absolute()) if options.hopes else str(HOPES)
     frames = options.frames or (QUICK["frames"] if options.quick else None)
-    settings = Settings(hopes, frames, options.points_per_radius, options.churn)
+    settings = Settings(hopes, frames, options.points_per_radius, options.churn, options.confirm, options.miss)
     chosen = chosen_runs(options, hopes)
     results: list[Result] = []
     with ProcessPoolExecutor(options.jobs) as pool:

@@ -140,6 +140,15 @@ pub fn dots(word: &str) -> Result<wire::DotsWanted, String> {
     }
 }
 
+/// What is told of tracks.
+pub fn tracks(word: &str) -> Result<wire::TracksWanted, String> {
+    match word {
+        "events" => Ok(wire::TracksWanted::Events),
+        "all" => Ok(wire::TracksWanted::Alive),
+        _ => Err(format!("{word:?} is neither events nor all")),
+    }
+}
+
 /// The name of a stream.
 pub fn name(word: &str) -> Result<String, String> {
     if wire::is_name(word) { Ok(word.to_owned()) } else { Err(name_rule("a name", ", and no *")) }

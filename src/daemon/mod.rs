@@ -46,7 +46,7 @@ pub use client::{Client, ClientError, Received, Receiving, Sending, Timeouts};
 pub use complaints::{Complaints, StrictStop};
 pub use convert::{cut, spec, wire_window};
 use engine::{Sources, Tap};
-pub use frame_line::FrameLine;
+pub use frame_line::{FrameLine, TracksLine};
 pub use inbox::{Batch, Input, Overload};
 use inbox::{Item, Origin};
 use peer::{ListenError, Listener, Registry};
