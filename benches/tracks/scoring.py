@@ -251,6 +251,11 @@ def is_in_place(truth: Truth, event: Happening, report: Happening) -> bool:
     return any(hole.distance(report.x, report.y) <= IN_PLACE for hole in took_part if hole)
 
 
+def visible(dots: list[Dot], above: float) -> list[Dot]:
+    """Those that are holes by the truth's own measure; a track goes on for a while below it."""
+    return [dot for dot in dots if dot.persistence >= above]
+
+
 # The rival
 
 
@@ -264,7 +269,7 @@ def follow_diagrams(alive: dict[int, list[Dot]], above: float) -> dict[int, list
     before: list[Dot] = []
     fresh = 1
     for frame in sorted(alive):
-        dots = [dot for dot in alive[frame] if dot.persistence >= above]
+        dots = visible(alive[frame], above)
         ids = dict(matched_dots(before, dots))
         now = []
         for index, dot in enumerate(dots):
@@ -311,7 +316,7 @@ class Score:
 def score(truth: Truth, tracks: Tracks, dots: Tracks) -> Score:
     """Of tracks, and of the rival on all dots of the same frames."""
     return Score(
-        identity(truth, tracks.alive),
+        identity(truth, {frame: visible(dots, truth.above) for frame, dots in tracks.alive.items()}),
         identity(truth, follow_diagrams(dots.alive, truth.above)),
         reported(truth, tracks.happenings, "split"),
         reported(truth, tracks.happenings, "merged"),

@@ -1,7 +1,8 @@
 //! `hopes scene`: points whose true holes are known.
 //!
-//! In: a scene's name and options. Out: its points, and its truth in a file. Invariants: every frame that was begun is written as a whole, in both; the truth of a frame is written before its points. Must not know: how scenes
-//! are played.
+//! In: a scene's name and options. Out: its points, and its truth in a file. Invariants: every frame that was begun is
+//! written as a whole, in both; the truth of a frame is written before its points. Must not know: how scenes are
+//! played.
 
 mod points;
 mod truth;
@@ -22,7 +23,8 @@ use truth::Truth;
 
 /// Make points whose true holes are known.
 ///
-/// Rings and other shapes move, open, split, fuse, appear and vanish. Their points come as a stream, and which holes they truly have, under ids that last, as JSON lines in a file. The same seed gives the same bytes, everywhere.
+/// Rings and other shapes move, open, split, fuse, appear and vanish. Their points come as a stream, and which holes
+/// they truly have, under ids that last, as JSON lines in a file. The same seed gives the same bytes, everywhere.
 #[derive(Debug, Args)]
 #[command(
     name = "scene",

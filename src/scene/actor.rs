@@ -1,7 +1,9 @@
 //! What plays in a scene: rings, pairs of discs that touch, and rings inside rings.
 //!
-//! In: a frame's number. Out: how each wall stands, and each hole of the ideal shape (infinitely many points, no noise) with its exact persistence. Invariants: an actor has the same
-//! walls and the same holes in every frame, in the same order; a hole that is not there has persistence 0; formulas are exact. Must not know: points, noise, other actors, who plays when.
+//! In: a frame's number. Out: how each wall stands, and each hole of the ideal shape (infinitely many points, no noise)
+//! with its exact persistence. Invariants: an actor has the same walls and the same holes in every frame, in the same
+//! order; a hole that is not there has persistence 0; formulas are exact. Must not know: points, noise, other actors,
+//! who plays when.
 
 use super::motion::{Cycle, Sway};
 use super::turn::{direction, moved};
@@ -150,8 +152,9 @@ impl Ring {
     }
 }
 
-/// Two discs, of which the boundary of the union is seen. While they overlap, the passage between them is a chord; it makes two holes of one
-/// as long as it lies between both centres, and discs of half its width, grown around its ends, close it.
+/// Two discs, of which the boundary of the union is seen. While they overlap, the passage between them is a chord; it
+/// makes two holes of one as long as it lies between both centres, and discs of half its width, grown around its ends,
+/// close it.
 #[derive(Clone, Debug)]
 pub struct Pair {
     /// The larger first.
@@ -176,7 +179,8 @@ impl Pair {
     pub const NEARING: f64 = 2.0;
     /// Frames after it.
     pub const LEAVING: f64 = 20.0;
-    /// Values of [`Pair::apart`] for the distances: joined, where the lesser hole's persistence begins, where the passage ends, and apart.
+    /// Values of [`Pair::apart`] for the distances: joined, where the lesser hole's persistence begins, where the
+    /// passage ends, and apart.
     pub const STOPS: [f64; 4] = [0.0, 0.1, 0.6, 1.0];
 
     /// The centres' distance for a value between 0 and 1: straight from stop to stop.
@@ -251,5 +255,61 @@ impl Nest {
         tableau.ideals.extend(holes);
         let stands = self.radii.iter().map(|&radius| Stand { center, turns: 0.0, radius, gone: Gone::Nothing });
         tableau.stands.extend(stands);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn played(actor: &Actor, frame: f64) -> Tableau {
+        let mut tableau = Tableau::default();
+        actor.play(frame, [10.0, 0.0], &mut tableau);
+        assert_eq!(tableau.stands.len(), actor.walls().len());
+        tableau
+    }
+
+    fn pair(value: f64) -> Actor {
+        let apart = Cycle::new(&[[value, 10.0]], 0.0);
+        Actor::Pair(Pair { radii: [1.0, 0.75], place: [0.0; 2], axis: [1.0, 0.0], apart, life: None })
+    }
+
+    #[test]
+    fn the_passage_of_a_pair_closes_from_stop_to_stop() {
+        let lesser = |value| played(&pair(value), 3.0).ideals[1].persistence;
+        let [joined, begins, ends, apart] = Pair::STOPS;
+        assert_eq!((lesser(joined), lesser(apart)), (0.0, 0.75));
+        assert!(lesser(begins) < 1e-7 && lesser(ends) > 0.75 - 1e-7);
+        let between: Vec<f64> = (0..=10).map(|step| lesser(begins + 0.05 * f64::from(step))).collect();
+        assert!(between.is_sorted_by(|a, b| a < b), "{between:?}");
+        // Where the centres are a larger radius and a quarter apart, the triangle of sides 1, 1.25 and 0.75 has a right
+        // angle: its height is half the chord.
+        let right = (1.25 - 0.4375f64.sqrt()) / (1.75 - 0.4375f64.sqrt());
+        assert!((lesser(begins + (ends - begins) * right) - (0.75 - 0.6)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn discs_of_a_pair_cover_each_other() {
+        let Tableau { stands, ideals } = played(&pair(0.3), 0.0);
+        assert_eq!(stands[0].gone, Gone::Inside(stands[1].center, 0.75));
+        assert_eq!(stands[1].gone, Gone::Inside(stands[0].center, 1.0));
+        assert_eq!((ideals[0].mate, ideals[1].mate), (None, Some(1)));
+    }
+
+    #[test]
+    fn a_gap_takes_half_its_width_of_the_persistence() {
+        let gap = Some(Cycle::new(&[[1.2, 10.0]], 0.0));
+        let actor = Actor::Ring(Ring { gap, ..Ring::new(2.0) });
+        let Tableau { stands, ideals } = played(&actor, 0.0);
+        assert!((ideals[0].persistence - 0.8).abs() < 1e-12);
+        assert_eq!((stands[0].center, stands[0].gone), ([10.0, 0.0], Gone::Gap([0.0, 1.0], 0.8)));
+    }
+
+    #[test]
+    fn rings_around_one_centre_have_a_disc_and_annuli() {
+        let nest = Actor::Nest(Nest { radii: vec![1.0, 3.0, 4.5], place: [0.0; 2] });
+        let holes: Vec<(f64, f64)> = played(&nest, 0.0).ideals.iter().map(|hole| (hole.orbit, hole.radius)).collect();
+        assert_eq!(holes, [(0.0, 1.0), (2.0, 1.0), (3.75, 0.75)]);
+        assert_eq!((nest.least(), nest.reach(), nest.walls()[2].1), (0.75, 4.5, 6.0));
     }
 }

@@ -1,14 +1,16 @@
 //! Scenes with ground truth: points on walls that move, and which holes they truly have.
 //!
-//! In: a scene's name and [`Options`]. Out: [`Frame`]s without an end, each with its cloud, what changed in it, the true holes under ids that last, and what happened to them.
+//! In: a scene's name and [`Options`]. Out: [`Frame`]s without an end, each with its cloud, what changed in it, the
+//! true holes under ids that last, and what happened to them.
 //!
 //! ```text
 //! script ─▶ actors ─▶ how walls stand ─▶ points on them          ─▶ cloud, and its change
 //! (cast)   (motion) └▶ ideal holes     ─▶ truth (ids and events)
 //! ```
 //!
-//! Invariants: what comes depends on the name and the options alone, and is the same on every machine, bit for bit; a frame costs what its points do, and no memory grows with time. Must not
-//! know: the topology of clouds, formats, files, clocks.
+//! Invariants: what comes depends on the name and the options alone, and is the same on every machine, bit for bit; a
+//! frame costs what its points do, and no memory grows with time. Must not know: the topology of clouds, formats,
+//! files, clocks.
 
 mod actor;
 mod motion;
@@ -50,7 +52,8 @@ pub struct Options {
     pub seed: u64,
     /// So many points to a length of the radius of a hole, along its wall: 2 to 10,000.
     pub points_per_radius: u32,
-    /// Each point lies, uniformly, within a disc around its place on the wall; the radius of that disc as a share of the hole's: 0 to 0.3.
+    /// Each point lies, uniformly, within a disc around its place on the wall; the radius of that disc as a share of
+    /// the hole's: 0 to 0.3.
     pub noise: f64,
     /// This share of each wall's points is drawn anew in every frame: 0.01 to 1.
     pub churn: f64,

@@ -1,6 +1,7 @@
 //! How things of a scene move and change with time.
 //!
-//! In: a frame's number. Out: offsets, and values that come round again. Invariants: all is a function of the frame alone, for any number of frames. Must not know: what moves.
+//! In: a frame's number. Out: offsets, and values that come round again. Invariants: all is a function of the frame
+//! alone, for any number of frames. Must not know: what moves.
 
 use super::turn::wave;
 
@@ -28,14 +29,16 @@ impl Sway {
 /// A value that goes straight from knot to knot, and round again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cycle {
-    /// Frames since the beginning, and the value there; the first at 0, the last one ends the round. Two at one time are a jump.
+    /// Frames since the beginning, and the value there; the first at 0, the last one ends the round. Two at one time
+    /// are a jump.
     knots: Vec<[f64; 2]>,
     /// How far into the round frame 0 is.
     shift: f64,
 }
 
 impl Cycle {
-    /// Goes through values, each with the number of frames until the next; 0 for a jump. Begins at a share of the round.
+    /// Goes through values, each with the number of frames until the next; 0 for a jump. Begins at a share of the
+    /// round.
     pub fn new(legs: &[[f64; 2]], begin: f64) -> Self {
         let mut time = 0.0;
         let mut knots: Vec<[f64; 2]> = Vec::with_capacity(legs.len() + 1);

@@ -1,7 +1,8 @@
 //! Random numbers that are the same on every machine and in every version.
 //!
-//! In: a seed. Out: numbers, made of the words of a PCG, whose sequence is fixed for ever (a test holds some of it). Invariants: what one fork draws changes nothing in
-//! the others, so each part of a scene has its own. Must not know: what is drawn.
+//! In: a seed. Out: numbers, made of the words of a PCG, whose sequence is fixed for ever (a test holds some of it).
+//! Invariants: what one fork draws changes nothing in the others, so each part of a scene has its own. Must not know:
+//! what is drawn.
 
 use oorandom::Rand64;
 
@@ -15,7 +16,8 @@ impl Random {
         Self(Rand64::new(u128::from(seed)))
     }
 
-    /// Another stream, which goes its own way. Begins anywhere in 128 bits: seeds that are near to each other would give words that are.
+    /// Another stream, which goes its own way. Begins anywhere in 128 bits: seeds that are near to each other would
+    /// give words that are.
     pub fn fork(&mut self) -> Self {
         let [high, low] = [(); 2].map(|()| u128::from(self.0.rand_u64()));
         Self(Rand64::new(high << 64 | low))

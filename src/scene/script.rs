@@ -1,7 +1,8 @@
 //! Which scenes there are, and who plays in each.
 //!
-//! In: a scene's name and its random numbers. Out: its cast. Invariants: what is not one shape stands in a row, no nearer than [`CLEARANCE`], or passes its mate in such a row: rings in a row enclose nothing
-//! between them, while rings in a ring or on a grid would make holes of which the truth knows nothing. Must not know: points, noise.
+//! In: a scene's name and its random numbers. Out: its cast. Invariants: what is not one shape stands in a row, no
+//! nearer than [`CLEARANCE`], or passes its mate in such a row: rings in a row enclose nothing between them, while
+//! rings in a ring or on a grid would make holes of which the truth knows nothing. Must not know: points, noise.
 
 use std::str::FromStr;
 
@@ -171,14 +172,16 @@ pub fn cast(kind: Kind, random: &mut Random) -> Cast {
         Kind::Vanish => (each(10, |_| vec![vanishing(random)]), Sway::default()),
         Kind::Concentric => (vec![vec![nest()]], slow),
         Kind::Polygons => (each(8, |share| vec![polygon(random, 3 + (share * 8.0) as u8 % 4)]), Sway::default()),
-        Kind::Occlusion => (each(8, |_| vec![Actor::Ring(ring(random))]), Sway::default()),
+        Kind::Occlusion => (each(8, |_| vec![Actor::Ring(Ring::new(random.between(1.0, 1.2)))]), Sway::default()),
         Kind::Crowd => (each(30, |share| vec![one_of_many(random, (share * 30.0).round() as u32)]), Sway::default()),
         Kind::Breathe => (each(8, |_| vec![breathing(random)]), Sway::default()),
         Kind::Mixed => (everything(random), slow),
     };
     let (actors, half) = row(places);
     if kind == Kind::Occlusion {
-        sweep = Some(Sweep { normal: direction(0.02), width: 0.08, span: half + 1.0, speed: 0.35 });
+        // Where it takes most of the smallest ring, a cap as deep as it is wide, it leaves more than half of the hole's
+        // persistence.
+        sweep = Some(Sweep { normal: direction(0.02), width: 0.12, span: half + 1.0, speed: 0.35 });
     }
     Cast { actors, drift, sweep }
 }

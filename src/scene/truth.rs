@@ -1,7 +1,9 @@
 //! The truth of a scene: which holes there are, under which ids, and what happens to them.
 //!
-//! In: the holes of the ideal shape, frame by frame. Out: those of persistence at least a threshold, with ids that last, and events. Invariants: a hole is born or splits off once, then is there in every
-//! frame until it dies or is merged, once; an id is never used again; the larger of two keeps its id. Must not know: points, noise, how shapes move.
+//! In: the holes of the ideal shape, frame by frame. Out: those of persistence at least a threshold, with ids that
+//! last, and events. Invariants: a hole is born or splits off once, then is there in every frame until it dies or is
+//! merged, once; an id is never used again; the larger of two keeps its id. Must not know: points, noise, how shapes
+//! move.
 
 use super::actor::Ideal;
 
@@ -77,7 +79,8 @@ impl Chronicle {
         let mut events = Vec::new();
         for (slot, ideal) in ideals.iter().enumerate() {
             let is_there = ideal.persistence >= self.above;
-            // The mate stands before it in the list, so its id is known. Only one that was there and stays can be split from, or merged into.
+            // The mate stands before it in the list, so its id is known. Only one that was there and stays can be split
+            // from, or merged into.
             let mate = ideal.mate.map(|back| slot - back);
             let mate = mate.and_then(|mate| before[mate].filter(|_| self.ids[mate] == before[mate]));
             match (before[slot], is_there) {

@@ -1,7 +1,8 @@
 //! Angles in turns, with sines and cosines that are the same on every machine.
 //!
-//! In: numbers of turns, and places. Out: directions, places. Invariants: additions and multiplications only, which IEEE 754 fixes to the last bit, where the
-//! system's own sine is as each system likes it; errors below 1e-15. Must not know: shapes.
+//! In: numbers of turns, and places. Out: directions, places. Invariants: additions and multiplications only, which
+//! IEEE 754 fixes to the last bit, where the system's own sine is as each system likes it; errors below 1e-15. Must not
+//! know: shapes.
 
 use std::f64::consts::TAU;
 

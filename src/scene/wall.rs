@@ -1,7 +1,9 @@
 //! The points on one wall: where on it each lies, how far off by noise, and which are drawn anew.
 //!
-//! In: a form, how dense, how noisy; in every frame a [`Stand`]. Out: the points that can be seen. Invariants: the wall is cut into pieces of equal length with one point in each, anywhere in it, so that the density holds however many are
-//! drawn anew; a point that is not drawn anew keeps its place on the wall and its noise, and is carried along. Must not know: other walls, holes, time.
+//! In: a form, how dense, how noisy; in every frame a [`Stand`]. Out: the points that can be seen. Invariants: the wall
+//! is cut into pieces of equal length with one point in each, anywhere in it, so that the density holds however many
+//! are drawn anew; a point that is not drawn anew keeps its place on the wall and its noise, and is carried along. Must
+//! not know: other walls, holes, time.
 
 use std::f64::consts::TAU;
 

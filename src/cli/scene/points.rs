@@ -1,7 +1,8 @@
 //! The points of a scene, in the forms that `serve` and `feed` read.
 //!
-//! In: frames. Out: whole clouds as text, or changes as JSON lines or messages of the protocol. Invariants: numbers are written so that they are read as the same; no line and no message has more than a bounded number of points; what goes is said before what
-//! comes. Must not know: scenes, truth.
+//! In: frames. Out: whole clouds as text, or changes as JSON lines or messages of the protocol. Invariants: numbers are
+//! written so that they are read as the same; no line and no message has more than a bounded number of points; what
+//! goes is said before what comes. Must not know: scenes, truth.
 
 use std::io::{self, Write};
 

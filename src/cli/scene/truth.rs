@@ -1,6 +1,7 @@
 //! The truth of a scene, as JSON lines.
 //!
-//! In: a scene's options, and frames. Out: a line that says what is played, and a line a frame: its holes by id, and its events. Invariants: as many lines as frames, and one. Must not know: points.
+//! In: a scene's options, and frames. Out: a line that says what is played, and a line a frame: its holes by id, and
+//! its events. Invariants: as many lines as frames, and one. Must not know: points.
 
 use std::io::{self, Write};
 
