@@ -4,17 +4,17 @@
 //! In: a scene and sizes. Out: one line of JSON on stdout: medians over the frames, in milliseconds, of `spade`'s insertions and removals and of the
 //! whole frame (points into the window, triangulation, reduction, view, diff), their ratio, tiles reduced, changes told, peak memory. With
 //! `--alone` there is no bare `spade`, whose memory is in the peak too; with `--check` neither, and every frame is compared with recomputation from
-//! scratch, outside of the time: the first difference ends it.
+//! scratch, outside of the time: the first difference ends it. With `--tracks M` the M most persistent cycles are tracked as well, after the frame: what that takes is told apart.
 //!
 //! `cargo run --release --example live_frames -- sweep --points 100000 --replace 1000 --frames 100 --threads 1`
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
-use std::num::NonZeroU64;
+use std::num::{NonZeroU32, NonZeroU64};
 use std::time::Instant;
 
 use hopes::topology::stages::along_curve;
-use hopes::topology::{Follower, Options, Pipeline, Position, ViewSpec, Window};
+use hopes::topology::{Follower, Options, Pipeline, Position, TrackOptions, TrackRule, Tracker, ViewSpec, Window};
 use serde_json::json;
 use spade::handles::FixedVertexHandle;
 use spade::{DelaunayTriangulation, HasPosition, LastUsedVertexHintGenerator, Point2, Triangulation};
@@ -35,6 +35,7 @@ fn main() -> Result<(), Error> {
         pipeline = pipeline.with_leaf(leaf);
     }
     let mut follower = Follower::new(ViewSpec::default());
+    let mut tracker = run.tracks.map(|most| Tracker::new(TrackOptions::new(TrackRule::Top(most))));
     let first = scene.points(run.points);
     let mut bare = (!run.alone).then(|| Bare::new(&first));
     let mut frames = Frames::default();
@@ -46,6 +47,9 @@ fn main() -> Result<(), Error> {
         pipeline.commit(None);
         let step = pipeline.poll_step(&mut follower).ok_or("there is a new frame")?;
         let ours = start.elapsed();
+        let start = Instant::now();
+        let alive = tracker.as_mut().and_then(|tracker| pipeline.poll_tracks(tracker)).map(|step| step.alive.len());
+        let tracking = start.elapsed();
         if run.check {
             pipeline.check(&follower)?;
         }
@@ -55,18 +59,22 @@ fn main() -> Result<(), Error> {
         }
         frames.ours.push(ours.as_secs_f64() * 1e3);
         frames.spade.push(spade.unwrap_or(f64::NAN) * 1e3);
+        frames.tracking.push(tracking.as_secs_f64() * 1e3);
+        frames.alive.push(alive.unwrap_or(0) as f64);
         frames.tiles.push(pipeline.tiles_reduced() as f64);
         let diff = step.diff;
         frames.told.push((diff.tree_added.len() + diff.tree_removed.len() + diff.critical_set.len()) as f64);
     }
-    let [ours, spade, tiles, told] =
-        [&frames.ours, &frames.spade, &frames.tiles, &frames.told].map(|list| median(list));
+    let [ours, spade, tiles, told, tracking, alive] =
+        [&frames.ours, &frames.spade, &frames.tiles, &frames.told, &frames.tracking, &frames.alive]
+            .map(|list| median(list));
+    let tracks = run.tracks.map(|_| json!({ "alive": alive, "ms": round(tracking), "share": round(tracking / ours) }));
     println!(
         "{}",
         json!({
             "scene": run.scene, "points": run.points, "replaced": run.replace, "frames": run.frames, "threads": run.threads,
             "spade_ms": round(spade), "frame_ms": round(ours), "ratio": round(ours / spade), "rest_ms": round(ours - spade),
-            "tiles_reduced": tiles, "edges_told": told, "checked": run.check, "peak_mib": peak_mib(),
+            "tiles_reduced": tiles, "edges_told": told, "checked": run.check, "peak_mib": peak_mib(), "tracks": tracks,
         })
     );
     Ok(())
@@ -82,11 +90,12 @@ struct Run {
     leaf: Option<usize>,
     check: bool,
     alone: bool,
+    tracks: Option<NonZeroU32>,
 }
 
 impl Run {
     fn from_arguments(mut arguments: impl Iterator<Item = String>) -> Result<Self, Error> {
-        let usage = "usage: live_frames sweep|spread|drift|camera [--points N] [--replace N] [--frames N] [--threads N] [--leaf N] [--check] [--alone]";
+        let usage = "usage: live_frames sweep|spread|rings|drift|camera [--points N] [--replace N] [--frames N] [--threads N] [--leaf N] [--check] [--alone] [--tracks M]";
         let scene = arguments.next().ok_or(usage)?;
         let mut run = Self {
             scene,
@@ -97,6 +106,7 @@ impl Run {
             leaf: None,
             check: false,
             alone: false,
+            tracks: None,
         };
         let mut replace = None;
         while let Some(name) = arguments.next() {
@@ -109,13 +119,14 @@ impl Run {
                 "--leaf" => run.leaf = Some(number()?),
                 "--check" => (run.check, run.alone) = (true, true),
                 "--alone" => run.alone = true,
+                "--tracks" => run.tracks = Some(u32::try_from(number()?)?.try_into()?),
                 _ => return Err(usage.into()),
             }
         }
         run.replace = match run.scene.as_str() {
             "camera" => run.points,
             "drift" => replace.unwrap_or(run.points / 100),
-            "sweep" | "spread" => replace.unwrap_or(run.replace),
+            "sweep" | "spread" | "rings" => replace.unwrap_or(run.replace),
             _ => return Err(usage.into()),
         };
         Ok(run)
@@ -128,6 +139,8 @@ struct Frames {
     spade: Vec<f64>,
     tiles: Vec<f64>,
     told: Vec<f64>,
+    tracking: Vec<f64>,
+    alive: Vec<f64>,
 }
 
 fn median(list: &[f64]) -> f64 {
@@ -188,6 +201,11 @@ impl Scene {
             "sweep" => {
                 let way = (number % self.cloud) as f64 / self.cloud as f64 * 10.0;
                 self.on_ring(way as usize, way.fract(), [0.0; 2])
+            }
+            // A hundred rings, points anywhere on any of them.
+            "rings" => {
+                let (ring, angle) = ((self.unit() * 100.0) as usize, self.unit());
+                self.on_ring(ring, angle, [0.0; 2])
             }
             // Ten rings go their own ways; all points have been replaced after they have moved by a diameter or two.
             _ => {

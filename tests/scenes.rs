@@ -108,11 +108,11 @@ fn the_truth_is_what_the_skeleton_shows() {
 
 #[test]
 fn dense_points_without_noise_show_events_in_their_frames() {
-    let options = Options { noise: 0.0, points_per_radius: 100, churn: 1.0, ..Options::default() };
+    let options = Options { noise: 0.0, points_per_radius: 60, churn: 1.0, ..Options::default() };
     for kind in [Kind::Pinch, Kind::Fuse, Kind::Open] {
-        let tally = compare(kind, options, 150, 1, 1);
+        let tally = compare(kind, options, 420, 1, 1);
         assert_eq!((tally.differing_calm, tally.unseen), (0, 0), "{}: {tally:?}", kind.name());
-        assert!(tally.calm < 140, "{} has events: {tally:?}", kind.name());
+        assert!(tally.calm < 410, "{} has events: {tally:?}", kind.name());
     }
 }
 
@@ -235,7 +235,7 @@ fn holes_move_slowly() {
 #[test]
 fn each_scene_has_the_events_of_its_name() {
     for kind in Kind::ALL {
-        let frames = play(kind, Options { points_per_radius: 2, ..Options::default() }, 600);
+        let frames = play(kind, Options { points_per_radius: 2, ..Options::default() }, 1200);
         let events = frames.iter().skip(1).flat_map(|frame| &frame.events);
         let mut counts = [0; 4];
         for event in events {
@@ -345,17 +345,17 @@ fn scenes_stay_as_they_are() {
 const DIGESTS: &str = "\
 drift 1fc46e8fd0229589
 static 933d226c2bac808f
-pinch e8bd3244ffecc8c1
-fuse 3134105e9c231c39
-open 19bd65334840bd0d
+pinch fe34eeffa0aed5e6
+fuse 80b8796cc392f0e0
+open 68e38389d8e3534d
 pass 1e0bbae4675bdbd8
-vanish dfd4230bef2dd13d
+vanish 5151c6763fea032b
 concentric 60e02933debade7f
 polygons bb76f28b72b26746
 occlusion 81ed8953dce99fe9
-crowd ace725f449cab95c
+crowd 8e79855f1d5f39e5
 breathe fdf385b68c08e0c2
-mixed c8758635e4d92898";
+mixed c48d733f7c55d740";
 
 #[test]
 fn options_beyond_their_range_are_refused_with_the_range() {

@@ -51,7 +51,7 @@ pub struct TrackArgs {
     #[arg(long, value_name = "N", default_value = "2", requires = "track")]
     track_confirm: NonZeroU32,
     /// End a track when it was missing in N frames on end.
-    #[arg(long, value_name = "N", default_value = "3", requires = "track")]
+    #[arg(long, value_name = "N", default_value = "2", requires = "track")]
     track_miss: NonZeroU32,
     /// Tell of changes of a track's centre, birth and death only if one is larger than DELTA (a length).
     #[arg(long, value_name = "DELTA", default_value = "0", value_parser = scale, requires = "track")]

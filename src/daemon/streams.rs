@@ -209,7 +209,7 @@ impl Hub {
         let epoch = SystemTime::now().duration_since(UNIX_EPOCH).map_or(1, |since| since.as_micros() as u64);
         Self {
             epoch,
-            limits: settings.limits.clone(),
+            limits: settings.limits,
             tracking: settings.tracking,
             overload: settings.overload,
             is_checking: settings.check,

@@ -87,42 +87,60 @@ impl Tracking {
             );
         }
         self.has_warned = step.left_out > 0;
-        step.reshaped.iter().for_each(|id| drop(self.cycles.remove(&id.0)));
         let events: Vec<wire::TrackEvent> = step.events.iter().map(convert::track_event).collect();
-        Some(self.frame(step.number, step.time, events, with_cycles))
+        Some(self.frame(pipeline, step.number, step.time, events, with_cycles))
     }
 
     /// The frame that was looked at last, with cycles.
-    pub fn again(&mut self, before: &TrackFrame) -> TrackFrame {
-        self.frame(before.frame, before.time, before.events.clone(), true)
+    pub fn again(&mut self, pipeline: &Pipeline, before: &TrackFrame) -> TrackFrame {
+        self.frame(pipeline, before.frame, before.time, before.events.clone(), true)
     }
 
-    fn frame(&mut self, frame: u64, time: Option<f64>, events: Vec<wire::TrackEvent>, with_cycles: bool) -> TrackFrame {
+    fn frame(
+        &mut self,
+        pipeline: &Pipeline,
+        frame: u64,
+        time: Option<f64>,
+        events: Vec<wire::TrackEvent>,
+        with_cycles: bool,
+    ) -> TrackFrame {
         let mut bytes = size_of::<TrackFrame>() + size_of_val(events.as_slice());
-        let mut cycles = HashMap::new();
         if with_cycles {
-            for (id, region) in self.tracker.regions() {
-                let cycle = self.cycles.remove(&id.0).unwrap_or_else(|| {
-                    bytes += 8 * region.boundary().iter().map(Vec::len).sum::<usize>();
-                    Arc::new(cycle(id.0, region))
-                });
-                cycles.insert(id.0, cycle);
-            }
+            bytes += self.look_at_cycles(pipeline);
+        } else {
+            self.cycles.clear();
         }
         let living = |track| {
             let track = convert::track(track);
-            Living { track, cycle: cycles.get(&track.id).cloned() }
+            Living { track, cycle: self.cycles.get(&track.id).cloned() }
         };
         let living: Vec<Living> = self.tracker.alive().map(living).collect();
         bytes += size_of_val(living.as_slice());
-        self.cycles = cycles;
         TrackFrame { frame, time: time.filter(|time| time.is_finite()), events, living, bytes }
+    }
+
+    /// Finds the cycles of all that are alive; those that are not there in the frame have none. Gives the memory that new ones take.
+    fn look_at_cycles(&mut self, pipeline: &Pipeline) -> usize {
+        let mut bytes = 0;
+        let regions: HashMap<u64, Region> =
+            pipeline.track_regions(&self.tracker).into_iter().map(|(id, region)| (id.0, region)).collect();
+        let cycles = self.tracker.alive().map(|track| {
+            let id = track.id.0;
+            let now = wire::TrackCycle { id, walks: regions.get(&id).map_or(Vec::new(), walks) };
+            let known = self.cycles.get(&id).filter(|known| ***known == now).cloned();
+            let cycle = known.unwrap_or_else(|| {
+                bytes += 8 * now.walks.iter().map(Vec::len).sum::<usize>();
+                Arc::new(now)
+            });
+            (id, cycle)
+        });
+        self.cycles = cycles.collect();
+        bytes
     }
 }
 
-fn cycle(id: u64, region: &Region) -> wire::TrackCycle {
-    let walk = |walk: &Vec<_>| walk.iter().map(|(vertex, _): &hopes::topology::BoundaryVertex| vertex.0).collect();
-    wire::TrackCycle { id, walks: region.boundary().iter().map(walk).collect() }
+fn walks(region: &Region) -> Vec<Vec<u64>> {
+    region.boundary().iter().map(|walk| walk.iter().map(|(vertex, _)| vertex.0).collect()).collect()
 }
 
 /// What somebody knows of a stream's tracks.
@@ -223,7 +241,7 @@ mod tests {
             wire::TrackEvent { frame: number, time: None, happening: wire::Happening::Born, track: track(number) };
         let cycle = |id| Some(Arc::new(wire::TrackCycle { id, walks: vec![vec![1, 2, number]] }));
         let mut living = before.map_or(Vec::new(), |before| before.living.clone());
-        for living in living.iter_mut().filter(|living| (living.track.id + number) % 3 == 0) {
+        for living in living.iter_mut().filter(|living| (living.track.id + number).is_multiple_of(3)) {
             living.cycle = cycle(living.track.id);
         }
         living.push(Living { track: track(number), cycle: cycle(number) });

@@ -136,7 +136,7 @@ impl Views {
         let mut ring = self.stream.board.tracks();
         let newest = ring.newest().cloned();
         let looked = looked.or_else(|| {
-            newest.filter(|newest| with_cycles && !newest.has_cycles()).map(|newest| tracking.again(&newest))
+            newest.filter(|newest| with_cycles && !newest.has_cycles()).map(|newest| tracking.again(pipeline, &newest))
         });
         let looked = Arc::new(looked?);
         ring.push(Arc::clone(&looked), self.history);

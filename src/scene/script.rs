@@ -223,7 +223,7 @@ fn pair(random: &mut Random, course: Course, begin: f64) -> Actor {
     let larger = random.between(0.95, 1.05);
     let [joined, begins, ends, apart] = Pair::STOPS;
     let (nearing, pinching, leaving) = (Pair::NEARING, Pair::PINCHING, Pair::LEAVING);
-    let (rest, moving) = (random.between(50.0, 80.0).floor(), nearing + pinching + leaving);
+    let (rest, moving) = (random.between(150.0, 240.0).floor(), nearing + pinching + leaving);
     let away = [[joined, nearing], [begins, pinching], [ends, leaving]];
     let back = [[apart, leaving], [ends, pinching], [begins, nearing]];
     let legs: Vec<[f64; 2]> = match course {
@@ -243,7 +243,7 @@ fn pair(random: &mut Random, course: Course, begin: f64) -> Actor {
 }
 
 fn opening(random: &mut Random, begin: f64) -> Actor {
-    let rest = random.between(50.0, 80.0).floor();
+    let rest = random.between(240.0, 400.0).floor();
     let gap = Cycle::new(&[[0.0, rest], [0.0, 12.0], [1.9, 30.0], [1.9, 12.0]], begin);
     // Upwards or downwards: a neighbour in front of the gap would close it.
     let toward = if random.unit() < 0.5 { 0.25 } else { 0.75 };
@@ -262,7 +262,7 @@ fn passing(random: &mut Random, phase: f64) -> Vec<Actor> {
 }
 
 fn vanishing(random: &mut Random) -> Actor {
-    let life = Cycle::switch(random.between(30.0, 60.0).floor(), random.between(15.0, 35.0).floor(), random.unit());
+    let life = Cycle::switch(random.between(150.0, 300.0).floor(), random.between(20.0, 60.0).floor(), random.unit());
     Actor::Ring(Ring { life: Some(life), ..ring(random) })
 }
 
@@ -282,7 +282,7 @@ fn one_of_many(random: &mut Random, number: u32) -> Actor {
         1 => swaying(random, [0.3, 1.0], 160.0),
         _ => {
             let life =
-                Cycle::switch(random.between(60.0, 140.0).floor(), random.between(20.0, 60.0).floor(), random.unit());
+                Cycle::switch(random.between(120.0, 300.0).floor(), random.between(20.0, 60.0).floor(), random.unit());
             Actor::Ring(Ring { life: Some(life), ..ring(random) })
         }
     }

@@ -23,12 +23,12 @@ use super::hole;
 use super::mesh::Mesh;
 use super::ranking::Ranking;
 use super::reduction::Link;
-use super::region::{Region, Touched};
+use super::region::Region;
 use super::sighting::{Sighting, Sightings, sight};
 use super::simplified::SimplifiedFollower;
 use super::skeleton::{Dot, Skeleton};
 use super::tiles::{Dirt, Guide, LEAF, Tiles};
-use super::track::{At, TrackStep, Tracker};
+use super::track::{At, TrackId, TrackStep, Tracker};
 use super::view::{View, ViewSpec};
 use super::window::Window;
 
@@ -264,24 +264,29 @@ impl Pipeline {
     }
 
     /// What has happened to a tracker's tracks up to the newest committed frame, unless it has been told already. After the frame's own cost, which is shared, it takes
-    /// time in proportion to the dots that it looks at and to the holes that have changed; tracking the dots of a full or a reduced view looks at all of them.
+    /// time in proportion to the dots that it looks at; tracking the dots of a full or a reduced view looks at all of them.
     pub fn poll_tracks(&mut self, tracker: &mut Tracker) -> Option<TrackStep> {
         if tracker.frame() >= self.committed {
             return None;
         }
-        self.is_followed = true;
         self.reach();
         let sightings = self.sight(tracker);
-        let told = self.change.as_ref().filter(|change| tracker.frame() > 0 && change.from == tracker.frame());
-        let touched = told.map_or(Touched::Anywhere, |change| {
-            let changed = change.vertices_added.iter().chain(&change.vertices_removed);
-            Touched::at(changed.map(|vertex| vertex.position))
-        });
-        let region = |sighting: &Sighting| {
-            let walks = hole::boundary(&self.delaunay, sighting.name, sighting.edge);
-            Region::new(walks.unwrap_or_default(), |slot| self.cloud.id(slot))
-        };
-        Some(tracker.advance(At { number: self.reached, time: self.time }, &sightings, &touched, region))
+        let at = At { number: self.reached, time: self.time };
+        Some(tracker.advance(at, sightings, |sighting| self.region(sighting)))
+    }
+
+    /// The regions that the holes of a tracker's tracks take up at their births, by id; without those that are not there in the newest frame. Takes time in proportion to
+    /// the regions.
+    pub fn track_regions(&self, tracker: &Tracker) -> Vec<(TrackId, Region)> {
+        if tracker.frame() != self.reached {
+            return Vec::new();
+        }
+        tracker.seen().map(|(id, sighting)| (id, self.region(sighting))).collect()
+    }
+
+    fn region(&self, sighting: &Sighting) -> Region {
+        let walks = hole::boundary(&self.delaunay, sighting.name, sighting.edge);
+        Region::new(walks.unwrap_or_default(), |slot| self.cloud.id(slot))
     }
 
     /// What a tracker looks at.

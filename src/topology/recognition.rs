@@ -28,8 +28,10 @@ pub struct Known<'a> {
     pub hole: Hole,
     /// Where it should be now.
     pub expected: [f64; 2],
-    /// What it took up.
+    /// What it took up when that was looked at last.
     pub region: &'a Region,
+    /// How far it has moved since.
+    pub shift: [f64; 2],
     /// A dot of less persistence is no continuation.
     pub least: f64,
 }
@@ -43,40 +45,17 @@ pub enum By {
     Region,
 }
 
-/// Finds regions of sightings, each once.
-pub struct Regions<F> {
-    found: Vec<Option<Region>>,
-    find: F,
-}
-
-impl<F: Fn(usize) -> Region> Regions<F> {
-    /// Of so many sightings.
-    pub fn new(count: usize, find: F) -> Self {
-        Self { found: vec![None; count], find }
-    }
-
-    /// Looks at one.
-    pub fn of(&mut self, sighting: usize) -> &Region {
-        self.found[sighting].get_or_insert_with(|| (self.find)(sighting))
-    }
-
-    /// Takes one away.
-    pub fn take(&mut self, sighting: usize) -> Region {
-        self.found[sighting].take().unwrap_or_else(|| (self.find)(sighting))
-    }
-}
-
 /// Of each known track, the place of the sighting that is its own.
 pub fn recognize(
     known: &[Known<'_>],
     sightings: &[Sighting],
-    regions: &mut Regions<impl Fn(usize) -> Region>,
+    find_region: impl Fn(&Sighting) -> Region,
 ) -> Vec<Option<(usize, By)>> {
     let mut search = Search { known, sightings, own: vec![None; known.len()], is_taken: vec![false; sightings.len()] };
     search.by_triangle();
     let near = search.pairs_near();
     search.assign(&near, By::Place);
-    let inside = search.pairs_inside(regions);
+    let inside = search.pairs_inside(find_region);
     search.assign(&inside, By::Region);
     search.own
 }
@@ -139,15 +118,16 @@ impl Search<'_> {
     }
 
     /// The same where each one's region holds the other's centre.
-    fn pairs_inside(&self, regions: &mut Regions<impl Fn(usize) -> Region>) -> Vec<Pair> {
+    fn pairs_inside(&self, find_region: impl Fn(&Sighting) -> Region) -> Vec<Pair> {
         let mut pairs = Vec::new();
+        let mut regions: HashMap<usize, Region> = HashMap::new();
         for (track, known) in self.known.iter().enumerate().filter(|&(track, _)| self.own[track].is_none()) {
             for (place, sighting) in self.sightings.iter().enumerate().filter(|&(place, _)| !self.is_taken[place]) {
                 let hole = sighting.hole;
                 let is_possible = are_alike(known.hole.radius, hole.radius)
                     && sighting.persistence() >= known.least
-                    && known.region.contains(hole.center)
-                    && regions.of(place).contains(known.hole.center);
+                    && known.region.contains(back(hole.center, known.shift))
+                    && regions.entry(place).or_insert_with(|| find_region(sighting)).contains(known.hole.center);
                 if is_possible {
                     // Any of them is possible; the nearest is the likeliest.
                     let apart = distance(known.hole.center, hole.center) / (known.hole.radius + hole.radius);
@@ -168,6 +148,11 @@ fn remoteness(a: Hole, b: Hole) -> f64 {
 
 fn are_alike(a: f64, b: f64) -> bool {
     a <= ALIKE * b && b <= ALIKE * a
+}
+
+/// Where a point was before a shift.
+pub fn back(point: [f64; 2], shift: [f64; 2]) -> [f64; 2] {
+    [point[0] - shift[0], point[1] - shift[1]]
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {

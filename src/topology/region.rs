@@ -1,8 +1,7 @@
 //! The region that a hole takes up at its birth, as it is kept from frame to frame.
 //!
-//! In: the walks around a hole, and later where the cloud has changed. Out: a [`Region`]: its boundary, its area, whether a point lies in it, whether a
-//! change can have touched it. Invariants: it depends on positions alone, bit for bit; a region that no change touches is still the region of its dot. Must
-//! not know: tracks, frames, the triangulation.
+//! In: the walks around a hole. Out: a [`Region`]: its boundary, its area, whether a point lies in it or near it. Invariants: it depends on positions alone, bit for
+//! bit. Must not know: tracks, frames, the triangulation.
 
 use super::cloud::VertexId;
 use super::hole::Walks;
@@ -42,6 +41,11 @@ impl Region {
         &self.boundary
     }
 
+    /// How many vertices are around it.
+    pub(super) fn vertex_count(&self) -> usize {
+        self.boundary.iter().map(Vec::len).sum()
+    }
+
     /// Its area, islands left out.
     pub fn area(&self) -> f64 {
         self.area
@@ -54,35 +58,13 @@ impl Region {
             && self.boundary.iter().map(|walk| winding(point, walk)).sum::<i32>() != 0
     }
 
-    /// Whether it may be another one after a change, though its dot is the same, whose birth is given.
-    ///
-    /// All circles around its triangles are empty and end no farther than the birth beyond the boundary: its edges are Gabriel, and no longer than twice the
-    /// birth. So what comes or goes farther away changes none of its triangles.
-    pub(super) fn is_touched(&self, birth: f64, touched: &Touched) -> bool {
-        let Touched::At(places) = touched else { return true };
-        // A little more, for what rounding may have taken.
-        let margin = birth * (1.0 + 1e-9);
+    /// Whether a point is no farther from the box around it than half of the box' sides.
+    pub(super) fn is_near(&self, point: [f64; 2]) -> bool {
         let [low, high] = self.bounds;
-        let first = places.partition_point(|place| place[0] < low[0] - margin);
-        let in_columns = places[first..].iter().take_while(|place| place[0] <= high[0] + margin);
-        in_columns.into_iter().any(|place| low[1] - margin <= place[1] && place[1] <= high[1] + margin)
-    }
-}
-
-/// Where vertices have come or gone.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Touched {
-    /// Perhaps anywhere.
-    Anywhere,
-    /// Here, by x.
-    At(Vec<[f64; 2]>),
-}
-
-impl Touched {
-    pub fn at(places: impl Iterator<Item = Position>) -> Self {
-        let mut places: Vec<[f64; 2]> = places.map(Position::xy).collect();
-        places.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
-        Self::At(places)
+        (0..2).all(|axis| {
+            let margin = 0.5 * (high[axis] - low[axis]);
+            low[axis] - margin <= point[axis] && point[axis] <= high[axis] + margin
+        })
     }
 }
 
@@ -130,13 +112,11 @@ mod tests {
     }
 
     #[test]
-    fn a_region_is_touched_from_as_far_as_its_edges_reach() {
+    fn what_is_near_a_region_may_be_outside() {
         let region = square_with_island();
-        let touched = |places: &[[f64; 2]]| Touched::at(places.iter().map(|&[x, y]| Position::new(x, y).unwrap()));
-        for (place, is_touched) in [([6.0, 3.0], true), ([6.1, 3.0], false), ([2.0, -2.0], true), ([2.0, 6.5], false)] {
-            assert_eq!(region.is_touched(2.0, &touched(&[[-9.0, 3.0], place, [9.0, 3.0]])), is_touched, "{place:?}");
+        for (point, is_near) in [([5.9, -1.9], true), ([6.1, 2.0], false), ([1.5, 1.5], true), ([2.0, -2.1], false)] {
+            assert_eq!(region.is_near(point), is_near, "{point:?}");
         }
-        assert!(region.is_touched(2.0, &Touched::Anywhere));
-        assert!(!region.is_touched(2.0, &touched(&[])));
+        assert!(!Region::default().is_near([0.0, 0.0]));
     }
 }

@@ -68,7 +68,7 @@ pub fn sight(rule: TrackRule, (tracks, least): (usize, f64), held: &mut impl Hel
     let left_out = selected.len().saturating_sub(MOST);
     selected.truncate(MOST);
     // Not all noise, where tracks have become as faint as it: the most persistent is likelier to be what is missing.
-    let most = (2 * (selected.len() + tracks) + 64).min(MOST);
+    let most = (selected.len().max(tracks) * 3 / 2 + 16).min(MOST);
     let mut all = if tracks > 0 { held.sightings(most, least) } else { Vec::new() };
     let known: HashSet<[VertexId; 3]> = all.iter().map(|sighting| sighting.triangle).collect();
     let names: HashSet<[VertexId; 3]> = selected.iter().map(|sighting| sighting.triangle).collect();
