@@ -1,10 +1,15 @@
-//! `hopes replay`, `record`, `watch`, `feed` and `status` as their users meet them. The daemon is a fake one here, which says what a real one would, and what it never should.
+//! `hopes replay`, `record`, `watch`, `feed`, `status` and `tracks` as their users meet them. The daemon is a fake one here, which says what a real one would, and what it never should.
+//! `hopes replay`, `record`, `watch`, `feed`, `scene` and `status` as their users meet them. The daemon is a fake one here, which says what a real one would, and what it never should.
 
 mod common;
 #[path = "tools/feed.rs"]
 mod feed;
 #[path = "tools/replay.rs"]
 mod replay;
+#[path = "tools/scene.rs"]
+mod scene;
+#[path = "tools/tracks.rs"]
+mod tracks;
 #[path = "tools/watch.rs"]
 mod watch;
 

@@ -95,20 +95,21 @@ pub struct Decoder {
     /// Bytes of the buffer that are done with.
     taken: usize,
     largest: u32,
-    version: u16,
+    /// The version that was agreed on, once it was.
+    version: Option<u16>,
     /// Bytes that are done with, in all.
     offset: u64,
 }
 
 impl Decoder {
-    /// Takes frames with a body of up to so many bytes. The version is this crate's until another one is set.
+    /// Takes frames with a body of up to so many bytes, of every version that this crate speaks until one is set.
     pub fn new(largest: u32) -> Self {
-        Self { buffer: Vec::new(), taken: 0, largest, version: crate::VERSION, offset: 0 }
+        Self { buffer: Vec::new(), taken: 0, largest, version: None, offset: 0 }
     }
 
     /// Sets the version that was agreed on.
     pub fn set_version(&mut self, version: u16) {
-        self.version = version;
+        self.version = Some(version);
     }
 
     /// Takes bytes in.
@@ -175,7 +176,7 @@ impl Decoder {
 }
 
 /// The frame at the beginning of `bytes`, and its length.
-fn decode(bytes: &[u8], agreed: u16, largest: u32) -> Result<(Frame, usize), FrameError> {
+fn decode(bytes: &[u8], agreed: Option<u16>, largest: u32) -> Result<(Frame, usize), FrameError> {
     let Some((header, rest)) = bytes.split_first_chunk::<HEADER>() else {
         return Err(FrameError::Incomplete { missing: HEADER - bytes.len() });
     };
@@ -188,8 +189,9 @@ fn decode(bytes: &[u8], agreed: u16, largest: u32) -> Result<(Frame, usize), Fra
         return Err(FrameError::Malformed("the header's checksum does not fit"));
     }
     let (found, kind, channel, length) = (short(4), short(6), long(8), long(12));
-    if found != agreed {
-        return Err(FrameError::UnsupportedVersion { found, agreed });
+    let Banner { lowest, highest } = agreed.map_or(Banner::OURS, |agreed| Banner { lowest: agreed, highest: agreed });
+    if !(lowest..=highest).contains(&found) {
+        return Err(FrameError::UnsupportedVersion { found, agreed: highest });
     }
     if length > largest {
         return Err(FrameError::TooLarge { length, largest });

@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 /// What a consumer wants to know of a stream's tracks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum TracksWanted {
     /// Nothing.
     #[default]

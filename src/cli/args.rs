@@ -6,7 +6,7 @@
 use std::num::{NonZeroU32, NonZeroU64};
 
 use clap::Args;
-use hopes::topology::{ViewSpec, Window};
+use hopes::topology::{TrackOptions, TrackRule, ViewSpec, Window};
 use hopes_protocol as wire;
 
 use super::Failure;
@@ -37,6 +37,56 @@ impl ViewArgs {
             None if self.full => ViewSpec::Full,
             None => ViewSpec::Derived { k: self.k, l: self.l },
         }
+    }
+}
+
+/// Which persistent cycles are followed over time.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Tracks")]
+pub struct TrackArgs {
+    /// Follow persistent cycles over frames, each under an id that lasts: those of the view, the M most persistent, or those of at least a persistence: view, top:M, above:P.
+    #[arg(long, value_name = "WHICH", value_parser = track)]
+    track: Option<TrackWord>,
+    /// Announce a track when it was selected in N frames on end.
+    #[arg(long, value_name = "N", default_value = "2", requires = "track")]
+    track_confirm: NonZeroU32,
+    /// End a track when it was missing in N frames on end.
+    #[arg(long, value_name = "N", default_value = "3", requires = "track")]
+    track_miss: NonZeroU32,
+    /// Tell of changes of a track's centre, birth and death only if one is larger than DELTA (a length).
+    #[arg(long, value_name = "DELTA", default_value = "0", value_parser = scale, requires = "track")]
+    track_delta: f64,
+}
+
+impl TrackArgs {
+    /// What they ask for, beside a view.
+    pub fn options(self, view: ViewSpec) -> Option<TrackOptions> {
+        let rule = match self.track? {
+            TrackWord::View => TrackRule::View(view),
+            TrackWord::Rule(rule) => rule,
+        };
+        let (confirm, miss, delta) = (self.track_confirm, self.track_miss, self.track_delta);
+        Some(TrackOptions { rule, confirm, miss, delta })
+    }
+}
+
+/// What is tracked, in a word.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum TrackWord {
+    View,
+    Rule(TrackRule),
+}
+
+fn track(word: &str) -> Result<TrackWord, String> {
+    let refused = || format!("{word:?} is none of view, top:M (M from 1) and above:P (a persistence above 0)");
+    let above = |value: &str| value.parse::<f64>().ok().filter(|least| least.is_finite() && *least > 0.0);
+    match word.split_once(':') {
+        None if word == "view" => Ok(TrackWord::View),
+        Some(("top", most)) => most.parse().map(|most| TrackWord::Rule(TrackRule::Top(most))).map_err(|_| refused()),
+        Some(("above", least)) => {
+            above(least).map(|least| TrackWord::Rule(TrackRule::Above(least))).ok_or_else(refused)
+        }
+        _ => Err(refused()),
     }
 }
 
@@ -87,6 +137,15 @@ pub fn dots(word: &str) -> Result<wire::DotsWanted, String> {
         _ if word == "all" => Ok(wire::DotsWanted::All),
         Ok(number) => Ok(wire::DotsWanted::Top(number.get())),
         Err(_) => Err(format!("{word:?} is not a number of dots, from 1, nor all")),
+    }
+}
+
+/// What is told of tracks.
+pub fn tracks(word: &str) -> Result<wire::TracksWanted, String> {
+    match word {
+        "events" => Ok(wire::TracksWanted::Events),
+        "all" => Ok(wire::TracksWanted::Alive),
+        _ => Err(format!("{word:?} is neither events nor all")),
     }
 }
 
@@ -144,7 +203,8 @@ fn positive(word: &str, what: &str) -> Result<f64, String> {
     if value > 0.0 { Ok(value) } else { Err(format!("{value} is not a {what}: it must be above 0")) }
 }
 
-fn number(word: &str) -> Result<f64, String> {
+/// A finite number.
+pub fn number(word: &str) -> Result<f64, String> {
     match word.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(format!("{word:?} is not a finite number")),

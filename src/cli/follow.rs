@@ -8,7 +8,7 @@ use std::io::Write;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use hopes_protocol::{DotsWanted, ErrorCode, Message, Report, Subscribe, Unsubscribe, View};
+use hopes_protocol::{DotsWanted, ErrorCode, Message, Report, Subscribe, TracksWanted, Unsubscribe, View, WantTracks};
 use indicatif::{HumanBytes, ProgressBar};
 
 use super::recheck::recheck;
@@ -22,7 +22,7 @@ pub const SOFTWARE: &str = concat!("hopes ", env!("CARGO_PKG_VERSION"));
 /// How long a message is waited for before it is seen whether a signal has come.
 const MOMENT: Duration = Duration::from_millis(50);
 
-/// How long the dots of the last frame are waited for.
+/// How long the dots and tracks of the last frame are waited for.
 const DOTS_LATER: Duration = Duration::from_millis(300);
 
 /// So many gaps one after the other, without a frame between them, are no accident.
@@ -48,6 +48,8 @@ pub struct Subscription {
     pub view: View,
     /// The part of the persistence diagram.
     pub dots: DotsWanted,
+    /// What of tracks.
+    pub tracks: TracksWanted,
     /// End after so many frames.
     pub frames: Option<u64>,
     /// Recompute every frame, and stop at a difference or a gap.
@@ -168,11 +170,15 @@ impl<W: Write> Following<'_, W> {
     }
 
     fn subscribe(&mut self, sending: &Sending, resumes: bool) -> Result<(), ClientError> {
-        let Subscription { ref pattern, view, dots, .. } = *self.wanted;
+        let Subscription { ref pattern, view, dots, tracks, .. } = *self.wanted;
         // 0 is the connection itself.
         self.channel = self.channel.checked_add(1).unwrap_or(1);
         let resume = if resumes && !pattern.contains('*') { self.streams.resume(pattern) } else { None };
-        sending.send(self.channel, Subscribe { pattern: pattern.clone(), view, dots, resume })
+        sending.send(self.channel, Subscribe { pattern: pattern.clone(), view, dots, resume })?;
+        match tracks {
+            TracksWanted::No => Ok(()),
+            tracks => sending.send(self.channel, WantTracks { tracks }),
+        }
     }
 
     fn take(&mut self, channel: u32, message: &Message) -> anyhow::Result<Then> {
@@ -223,7 +229,8 @@ impl<W: Write> Following<'_, W> {
             recheck(&stream.mirror, frame).with_context(|| format!("stream {}", stream.name))?;
         }
         if self.wanted.frames.is_some_and(|wanted| self.frames >= wanted) && self.ends.is_none() {
-            let later = if self.wanted.dots == DotsWanted::No { Duration::ZERO } else { DOTS_LATER };
+            let is_all = self.wanted.dots == DotsWanted::No && self.wanted.tracks == TracksWanted::No;
+            let later = if is_all { Duration::ZERO } else { DOTS_LATER };
             self.ends = Some(Instant::now() + later);
         }
         Ok(())
@@ -248,8 +255,10 @@ impl<W: Write> Following<'_, W> {
                     lagged.last
                 );
             }
-            // The last frame's dots are there.
-            Message::Dots(_) if self.ends.is_some() => self.ends = Some(Instant::now()),
+            // The last frame's dots are there; its tracks come only if something has happened to them.
+            Message::Dots(_) if self.ends.is_some() && self.wanted.tracks == TracksWanted::No => {
+                self.ends = Some(Instant::now());
+            }
             _ => {}
         }
     }

@@ -3,6 +3,7 @@
 //! In: parsed arguments. Out: a subcommand run. Invariants: every option that takes a scale takes a radius; every help text has an
 //! example. Must not know: how frames are computed.
 
+mod aligned;
 mod args;
 mod compute;
 mod feed;
@@ -16,11 +17,13 @@ mod recheck;
 mod record;
 mod recording;
 mod replay;
+mod scene;
 mod serve;
 mod show;
 mod source;
 mod status;
 mod streams;
+mod tracks;
 mod watch;
 
 use clap::{Parser, Subcommand};
@@ -54,6 +57,8 @@ enum Command {
     Status(status::Status),
     Record(record::Record),
     Replay(replay::Replay),
+    Tracks(tracks::Tracks),
+    Scene(scene::Play),
 }
 
 /// Why a subcommand did not succeed.
@@ -77,6 +82,16 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
     }
 }
 
+impl Failure {
+    /// As said of a file, or of whatever else has that name.
+    fn of(self, name: &str) -> Self {
+        match self {
+            Self::Failed(error) => Self::Failed(error.context(name.to_owned())),
+            other => other,
+        }
+    }
+}
+
 impl Cli {
     /// Runs the subcommand.
     pub fn run(self) -> Result<(), Failure> {
@@ -88,6 +103,8 @@ impl Cli {
             Command::Status(status) => status.run(),
             Command::Record(record) => record.run(),
             Command::Replay(replay) => replay.run(),
+            Command::Tracks(tracks) => tracks.run(),
+            Command::Scene(play) => play.run(),
         }
     }
 }

@@ -9,11 +9,11 @@ use std::time::Duration;
 
 use anyhow::Context;
 use clap::Args;
-use hopes_protocol::DotsWanted;
+use hopes_protocol::{DotsWanted, TracksWanted};
 use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 
 use super::Failure;
-use super::args::{From, WireViewArgs, dots, pattern};
+use super::args::{From, WireViewArgs, dots, pattern, tracks};
 use super::follow::{Subscription, follow};
 use super::show::{Output, Show};
 
@@ -35,6 +35,9 @@ pub struct Record {
     /// Also record the most persistent dots whenever they change: so many, or all.
     #[arg(long, value_name = "N|all", value_parser = dots)]
     dots: Option<DotsWanted>,
+    /// Also record what happens to tracks, or with "all" also every living track in every frame; the daemon follows them if it was started with --track.
+    #[arg(long, value_name = "events|all", value_parser = tracks, num_args = 0..=1, require_equals = true, default_missing_value = "events")]
+    tracks: Option<TracksWanted>,
     /// Where to write it; - for stdout.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -53,6 +56,7 @@ impl Record {
             pattern: self.stream,
             view: self.view.view()?,
             dots: self.dots.unwrap_or(DotsWanted::No),
+            tracks: self.tracks.unwrap_or_default(),
             frames: self.frames,
             check: false,
             reconnect: self.reconnect,

@@ -13,7 +13,7 @@ use hopes::topology::Options;
 use hopes_protocol::{Simplify, View};
 use indicatif::ProgressBar;
 
-use super::args::{ViewArgs, duration, resolution, window};
+use super::args::{TrackArgs, ViewArgs, duration, resolution, window};
 use super::network::Network;
 use super::points::{Form, Source as Points};
 use super::{Columns, Failure, Format};
@@ -27,6 +27,7 @@ use crate::daemon::{self, BATCH, DaemonError, Feed, Input, OutputForm, Settings,
 #[command(after_help = "Examples:
   sensor | hopes serve --window points:10000 --frame-points 1000
   camera-edges | hopes serve --input jsonl --window frames:1 | jq -c '[.frame, .view.cycles]'
+  camera-edges | hopes serve --input jsonl --window frames:1 --track view | jq -c '.frame as $f | .tracks[] | [$f, .id, .event, .center]'
   tail -f log.csv | hopes serve --columns lon,lat --window time:60 --frame-every 100ms
   hopes serve --listen unix:/tmp/hopes.sock --stream cam:window=frames:1 &
   camera-edges | hopes feed - --to unix:/tmp/hopes.sock --stream cam & hopes watch --from unix:/tmp/hopes.sock --stream cam")]
@@ -63,6 +64,11 @@ pub struct Serve {
     /// Recompute every frame from scratch and compare; stop at a difference (exit code 1). Slow: for those who want to be sure.
     #[arg(long)]
     check: bool,
+    #[command(flatten)]
+    tracks: TrackArgs,
+    /// List all living tracks in every frame on stdout.
+    #[arg(long, requires = "track", help_heading = "Tracks")]
+    track_list: bool,
     #[command(flatten)]
     network: Network,
 }
@@ -113,6 +119,8 @@ impl Serve {
                 frame_every: self.frame_every,
             },
             view: View { cut: daemon::cut(self.view.spec()), simplify: Simplify::No },
+            tracking: self.tracks.options(self.view.spec()),
+            lists_tracks: self.track_list,
             strict: self.strict,
             check: self.check,
             threads: self.threads,

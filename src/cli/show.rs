@@ -8,12 +8,14 @@ use std::io::{self, Write};
 use std::time::Duration;
 
 use clap::ValueEnum;
-use hopes_protocol::{Cause, Cut, Diff, Dot, Dots, FrameInfo, Lagged, Message, Snapshot};
+use hopes_protocol::{
+    Cause, Cut, Diff, Dot, Dots, FrameInfo, Happening, Lagged, Message, Snapshot, TrackEvent, Tracks,
+};
 use serde::Serialize;
 
 use super::recording::Recording;
 use super::streams::Streams;
-use crate::daemon::FrameLine;
+use crate::daemon::{FrameLine, TracksLine};
 
 /// How frames are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -102,6 +104,7 @@ fn as_text(sink: &mut impl Write, streams: &Streams, message: &Message) -> io::R
             writeln!(sink, "{}  frames {first} to {last} come as one: this side was too slow", name(streams, *stream))
         }
         Message::Dots(dots) => dots_as_text(sink, name(streams, dots.stream), dots),
+        Message::Tracks(tracks) => tracks_as_text(sink, name(streams, tracks.stream), tracks),
         Message::StreamClosed(closed) => {
             let reason: String = closed.reason.chars().filter(|character| !character.is_control()).collect();
             writeln!(sink, "{}  closed after frame {}: {reason}", name(streams, closed.stream), closed.frame)
@@ -123,6 +126,28 @@ fn dots_as_text(sink: &mut impl Write, name: &str, dots: &Dots) -> io::Result<()
         write!(sink, "  {}..{} ({a}-{b})", Short(*birth), Short(*death))?;
     }
     writeln!(sink)
+}
+
+/// What has happened, where it is more than a movement.
+fn tracks_as_text(sink: &mut impl Write, name: &str, tracks: &Tracks) -> io::Result<()> {
+    if let (0, Some(alive)) = (tracks.from, &tracks.alive) {
+        writeln!(sink, "{name}  frame {}  {} tracks are alive", tracks.frame, alive.len())?;
+    }
+    for TrackEvent { frame, happening, track, .. } in &tracks.events {
+        let what = match happening {
+            Happening::Updated(_) => continue,
+            Happening::Born => "is born".to_owned(),
+            Happening::Split(from) => format!("splits off from {from}"),
+            Happening::Unselected => "is not selected any more".to_owned(),
+            Happening::Reselected => "is selected again".to_owned(),
+            Happening::Merged(into) => format!("merges into {into}"),
+            Happening::Died => "dies".to_owned(),
+        };
+        let (x, y) = track.center;
+        let [x, y, radius, birth] = [x, y, track.radius, track.birth].map(Short);
+        writeln!(sink, "{name}  frame {frame}  track {} {what}: at ({x}, {y}), {birth}..{radius}", track.id)?;
+    }
+    Ok(())
 }
 
 /// A frame, for people.
@@ -151,7 +176,7 @@ impl fmt::Display for Line<'_> {
 }
 
 /// A number to four digits.
-struct Short(f64);
+pub struct Short(pub f64);
 
 impl fmt::Display for Short {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -208,6 +233,7 @@ fn as_json(sink: &mut impl Write, streams: &Streams, message: &Message) -> io::R
             let (stream, dots, frame, total) = (name(streams, dots.stream), listed.collect(), dots.frame, dots.total);
             line(sink, &DotsLine { stream, frame, dots, total })
         }
+        Message::Tracks(tracks) => line(sink, &TracksLine::new(name(streams, tracks.stream), tracks)),
         _ => Ok(()),
     }
 }

@@ -11,6 +11,7 @@ use hopes_protocol::{Message, Status as Numbers, StatusWanted, StreamStatus};
 use indicatif::{HumanBytes, HumanCount};
 
 use super::Failure;
+use super::aligned::{self, Column, numbers, words};
 use super::args::From;
 use super::follow::SOFTWARE;
 use crate::daemon::{Client, Timeouts};
@@ -33,13 +34,15 @@ const CHANNEL: u32 = 1;
 
 impl Status {
     pub fn run(self) -> Result<(), Failure> {
-        let numbers = self.ask()?;
-        let text = if self.json {
-            serde_json::to_string(&numbers).context("cannot write JSON")? + "\n"
+        let status = self.ask()?;
+        let mut text = Vec::new();
+        if self.json {
+            serde_json::to_writer(&mut text, &status).context("cannot write JSON")?;
+            text.push(b'\n');
         } else {
-            as_table(&numbers)
-        };
-        io::stdout().write_all(text.as_bytes()).context("cannot write to stdout")?;
+            write_table(&mut text, &status).context("cannot write the table")?;
+        }
+        io::stdout().write_all(&text).context("cannot write to stdout")?;
         Ok(())
     }
 
@@ -64,57 +67,43 @@ impl Status {
     }
 }
 
-const HEADS: [&str; 14] = [
-    "stream",
-    "frame",
-    "points",
-    "distinct",
-    "producers",
-    "consumers",
-    "memory",
-    "computed",
-    "accepted",
-    "refused",
-    "dropped",
-    "waiting",
-    "lagged",
-    "window",
+const COLUMNS: [Column; 14] = [
+    words("stream"),
+    numbers("frame"),
+    numbers("points"),
+    numbers("distinct"),
+    numbers("producers"),
+    numbers("consumers"),
+    numbers("memory"),
+    numbers("computed"),
+    numbers("accepted"),
+    numbers("refused"),
+    numbers("dropped"),
+    numbers("waiting"),
+    numbers("lagged"),
+    words("window"),
 ];
 
-fn as_table(numbers: &Numbers) -> String {
-    let &Numbers { uptime_ms, connections, refused_messages, memory, memory_limit, .. } = numbers;
+fn write_table(out: &mut impl Write, status: &Numbers) -> io::Result<()> {
+    let &Numbers { uptime_ms, connections, refused_messages, memory, memory_limit, .. } = status;
     let uptime = humantime::format_duration(Duration::from_secs(uptime_ms / 1000));
     let limit = if memory_limit == 0 { "no limit".to_owned() } else { format!("of {}", HumanBytes(memory_limit)) };
-    let software = printable(&numbers.software);
-    let mut text = format!(
-        "{software}, up {uptime}, {connections} connections, {refused_messages} messages refused, memory {} ({limit})\n",
-        HumanBytes(memory),
-    );
-    if numbers.streams.is_empty() {
-        return text + "no streams\n";
+    let software = printable(&status.software);
+    let memory = HumanBytes(memory);
+    writeln!(
+        out,
+        "{software}, up {uptime}, {connections} connections, {refused_messages} messages refused, memory {memory} ({limit})",
+    )?;
+    if status.streams.is_empty() {
+        return writeln!(out, "no streams");
     }
-    let rows: Vec<_> = numbers.streams.iter().map(row).collect();
-    let all = || [HEADS.map(str::to_owned)].into_iter().chain(rows.iter().cloned());
-    let widths: [usize; HEADS.len()] =
-        std::array::from_fn(|column| all().map(|row| row[column].chars().count()).max().unwrap_or(0));
-    for row in all() {
-        let mut line = String::new();
-        for (column, cell) in row.iter().enumerate() {
-            let width = widths[column];
-            // Words stand at the left, numbers at the right.
-            let is_word = column == 0 || column == HEADS.len() - 1;
-            line += &if is_word { format!("{cell:<width$}  ") } else { format!("{cell:>width$}  ") };
-        }
-        text += line.trim_end();
-        text.push('\n');
-    }
-    text
+    aligned::write(out, &COLUMNS, status.streams.iter().map(row))
 }
 
-fn row(stream: &StreamStatus) -> [String; HEADS.len()] {
+fn row(stream: &StreamStatus) -> Vec<String> {
     let StreamStatus { info, computed, accepted, refused, dropped, waiting, lagged, memory } = stream;
     let count = |number: u64| HumanCount(number).to_string();
-    [
+    vec![
         printable(&info.name),
         count(info.frame),
         count(info.points),

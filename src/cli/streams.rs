@@ -86,6 +86,7 @@ impl Streams {
                 return proved(&stream.name, stream.mirror.apply_diff(diff));
             }
             Message::Dots(dots) => self.known(dots.stream).map(drop)?,
+            Message::Tracks(tracks) => self.known(tracks.stream).map(drop)?,
             Message::Heartbeat(heartbeat) => self.known(heartbeat.stream).map(drop)?,
             Message::Lagged(lagged) => self.known(lagged.stream).map(drop)?,
             Message::Resumed(resumed) => self.known(resumed.stream).map(drop)?,

@@ -5,11 +5,11 @@
 use std::io::{self, BufWriter};
 
 use clap::Args;
-use hopes_protocol::{DotsWanted, Simplify};
+use hopes_protocol::{DotsWanted, Simplify, TracksWanted};
 use indicatif::ProgressBar;
 
 use super::Failure;
-use super::args::{From, WireViewArgs, dots, pattern};
+use super::args::{From, WireViewArgs, dots, pattern, tracks};
 use super::follow::{Subscription, follow};
 use super::show::{Output, Show};
 
@@ -20,6 +20,7 @@ use super::show::{Output, Show};
 #[command(after_help = "Examples:
   hopes watch --from unix:/tmp/hopes.sock                          the stream called default, for people
   hopes watch --from tcp:127.0.0.1:7878 --stream 'cam*' --dots 3   all streams whose names begin with cam
+  hopes watch --from unix:/tmp/hopes.sock --tracks                 what happens to tracks, besides
   hopes watch --from unix:/tmp/hopes.sock --output jsonl | jq -c '[.frame, .view.cycles]'")]
 pub struct Watch {
     #[command(flatten)]
@@ -32,6 +33,9 @@ pub struct Watch {
     /// Also show the most persistent dots whenever they change: so many, or all.
     #[arg(long, value_name = "N|all", value_parser = dots)]
     dots: Option<DotsWanted>,
+    /// Also tell what happens to tracks; the daemon follows them if it was started with --track. With "all", JSON lines list all living tracks in every frame.
+    #[arg(long, value_name = "events|all", value_parser = tracks, num_args = 0..=1, require_equals = true, default_missing_value = "events")]
+    tracks: Option<TracksWanted>,
     /// How frames are written on stdout.
     #[arg(long, value_enum, default_value_t)]
     output: Output,
@@ -57,6 +61,7 @@ impl Watch {
             pattern: self.stream,
             view,
             dots: self.dots.unwrap_or(DotsWanted::No),
+            tracks: self.tracks.unwrap_or_default(),
             frames: self.frames,
             check: self.check,
             reconnect: self.reconnect,

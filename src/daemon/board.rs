@@ -12,6 +12,7 @@ use hopes::topology::Diff;
 use hopes_protocol as wire;
 
 use super::seat::Seat;
+use super::tracks::TrackRing;
 
 /// What turned one frame of a view into the next one.
 #[derive(Debug)]
@@ -178,9 +179,15 @@ impl Ranked {
 #[derive(Debug, Default)]
 pub struct Board {
     dots: Mutex<Option<Arc<Ranked>>>,
+    tracks: Mutex<TrackRing>,
 }
 
 impl Board {
+    /// The last frames of its tracks, if anybody wants them.
+    pub fn tracks(&self) -> MutexGuard<'_, TrackRing> {
+        self.tracks.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// The newest dots, if anybody wants them.
     pub fn dots(&self) -> Option<Arc<Ranked>> {
         self.dots.lock().unwrap_or_else(PoisonError::into_inner).clone()

@@ -165,7 +165,6 @@ impl Greeting<'_> {
     }
 
     fn hello(&mut self, version: u16, software: &str) -> Result<Welcome, ClientError> {
-        self.incoming.decoder.set_version(version);
         let address = || self.address.clone();
         let hello = Message::Hello(Hello { software: software.to_owned(), capabilities: Vec::new() });
         let hello = hopes_protocol::encode(version, 0, &hello);
@@ -175,7 +174,11 @@ impl Greeting<'_> {
         loop {
             match self.incoming.message(self.address)? {
                 None => self.read().map_err(|closed| unsent.take().unwrap_or(closed))?,
-                Some((_, Message::Welcome(welcome))) => return Ok(welcome),
+                Some((_, Message::Welcome(welcome))) => {
+                    // What a daemon says before it knows us, as that it has no room, may be of its lowest version.
+                    self.incoming.decoder.set_version(version);
+                    return Ok(welcome);
+                }
                 Some((_, Message::Error(report))) => {
                     return Err(ClientError::Rejected { address: self.address.clone(), reason: report.text });
                 }

@@ -6,7 +6,10 @@
 use std::num::{NonZeroU32, NonZeroU64};
 use std::sync::Arc;
 
-use hopes::topology::{Critical, Diff, EdgeId, Options, RankedDot, Ranking, Refusal, Step, Vertex, ViewSpec, Window};
+use hopes::topology::{
+    Critical, Diff, EdgeId, Happening, Options, RankedDot, Ranking, Refusal, Step, Track, TrackEvent, Vertex, ViewSpec,
+    Window,
+};
 use hopes_protocol as wire;
 
 use super::board::{Entry, Ranked};
@@ -67,6 +70,31 @@ pub fn ranked(ranking: &Ranking) -> Ranked {
         wire::Dot { edge: (a, b), birth, death, center: ranked.hole.center.into(), radius: ranked.hole.radius }
     };
     Ranked { frame: ranking.number, total: ranking.total as u64, dots: ranking.dots.iter().map(dot).collect() }
+}
+
+/// A track as it was last seen.
+pub fn track(track: &Track) -> wire::Track {
+    let &Track { id, age, birth, death, hole, area, velocity, is_selected } = track;
+    let (center, velocity) = (hole.center.into(), velocity.into());
+    wire::Track { id: id.0, age, birth, death, center, radius: hole.radius, area, velocity, selected: is_selected }
+}
+
+/// What has happened to a track.
+pub fn track_event(event: &TrackEvent) -> wire::TrackEvent {
+    let happening = match event.happening {
+        Happening::Born => wire::Happening::Born,
+        Happening::Split { from } => wire::Happening::Split(from.0),
+        Happening::Updated(changed) => {
+            let hopes::topology::Changed { center, birth, death } = changed;
+            wire::Happening::Updated(wire::TrackChanges { center, birth, death })
+        }
+        Happening::Unselected => wire::Happening::Unselected,
+        Happening::Reselected => wire::Happening::Reselected,
+        Happening::Merged { into } => wire::Happening::Merged(into.0),
+        Happening::Died => wire::Happening::Died,
+    };
+    let time = event.time.filter(|time| time.is_finite());
+    wire::TrackEvent { frame: event.frame, time, happening, track: track(&event.track) }
 }
 
 fn frame_info(view: wire::View, step: &Step, rejected: u64) -> wire::FrameInfo {

@@ -17,6 +17,7 @@ use super::complaints::Complaints;
 use super::inbox::{Batch, Input, Item, Origin};
 use super::seat::Control;
 use super::streams::{ENDED, Hub, Stream, lock};
+use super::tracks::TrackFrame;
 use super::views::{Eye, Views};
 use super::{DaemonError, StreamSettings, convert};
 
@@ -26,13 +27,22 @@ const BYTES_OF_A_VERTEX: u64 = 900;
 /// What holds a point of the window takes about so many bytes.
 const BYTES_OF_A_POINT: u64 = 40;
 
+/// What is told of a frame there.
+#[derive(Debug)]
+pub struct TapFrame {
+    /// What has changed in the view.
+    pub diff: wire::Diff,
+    /// What has happened to tracks, if they are followed.
+    pub tracks: Option<Arc<TrackFrame>>,
+}
+
 /// Where a stream's frames go besides its consumers; whoever reads there is waited for.
 #[derive(Debug)]
 pub struct Tap {
     /// What it shows.
     pub view: wire::View,
-    /// Takes diffs.
-    pub frames: Sender<wire::Diff>,
+    /// Takes frames.
+    pub frames: Sender<TapFrame>,
     /// Whether the stream ends when nobody takes them any more.
     pub is_vital: bool,
 }
@@ -77,7 +87,7 @@ impl Engine {
         is_checking: bool,
         sources: Sources,
     ) -> Self {
-        let views = Views::new(Arc::clone(&stream), hub.limits.history);
+        let views = Views::new(Arc::clone(&stream), hub.limits.history, hub.tracking);
         Self {
             pipeline: Pipeline::new(settings.options),
             complaints: sources.complaints,
@@ -291,9 +301,11 @@ impl Engine {
         let rejected = std::mem::take(&mut self.rejected);
         (self.points, self.pending) = (0, false);
         self.stream.stats.set_frame(number);
-        let worked = worked + self.views.publish(&mut self.pipeline, rejected);
+        let begun = Instant::now();
+        let tracks = self.views.track(&mut self.pipeline, self.tap.is_some());
+        let worked = worked + begun.elapsed() + self.views.publish(&mut self.pipeline, rejected);
         tracing::trace!("stream {:?}: frame {number} took {worked:?}", self.stream.name);
-        self.feed_tap(rejected)?;
+        self.feed_tap(rejected, tracks);
         if self.is_checking {
             self.check()?;
         }
@@ -302,15 +314,14 @@ impl Engine {
     }
 
     /// Waits while the reader of the tap is behind.
-    fn feed_tap(&mut self, rejected: u64) -> Result<(), DaemonError> {
-        let Some((tap, eye)) = &mut self.tap else { return Ok(()) };
-        let Some(step) = eye.look(&mut self.pipeline) else { return Ok(()) };
+    fn feed_tap(&mut self, rejected: u64, tracks: Option<Arc<TrackFrame>>) {
+        let Some((tap, eye)) = &mut self.tap else { return };
+        let Some(step) = eye.look(&mut self.pipeline) else { return };
         let diff = convert::diff(self.stream.number, tap.view, &step, rejected);
-        if tap.frames.send(diff).is_err() {
+        if tap.frames.send(TapFrame { diff, tracks }).is_err() {
             // Its reader has gone: for the writer to say why.
             (self.is_over, self.tap) = (tap.is_vital, None);
         }
-        Ok(())
     }
 
     fn check(&mut self) -> Result<(), Contradiction> {

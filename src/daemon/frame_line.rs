@@ -3,7 +3,9 @@
 //! In: a stream's name, and what has changed in a view of it. Out: a value that serializes. Invariants: its size is that of the diff;
 //! numbers that are not finite are null. Must not know: channels, the core.
 
-use hopes_protocol::{Critical, Cut, Diff, Edge, FrameInfo, Simplify, Snapshot, Vertex};
+use hopes_protocol::{
+    Critical, Cut, Diff, Edge, FrameInfo, Happening, Simplify, Snapshot, Track, TrackEvent, Tracks, Vertex,
+};
 use serde::{Serialize, Serializer};
 
 /// One line of output.
@@ -21,6 +23,97 @@ pub struct FrameLine<'a> {
     critical: CriticalEdges<'a>,
     #[serde(serialize_with = "as_text")]
     checksum: u64,
+    #[serde(flatten)]
+    tracks: Option<TracksPart>,
+}
+
+/// What a line says of tracks.
+#[derive(Debug, Serialize)]
+struct TracksPart {
+    tracks: Vec<EventLine>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    alive: Option<Vec<AliveLine>>,
+}
+
+/// Id, x, y, radius, birth, death.
+type AliveLine = (u64, f64, f64, f64, f64, f64);
+
+#[derive(Debug, Serialize)]
+struct EventLine {
+    id: u64,
+    event: &'static str,
+    age: u64,
+    birth: f64,
+    death: f64,
+    center: (f64, f64),
+    radius: f64,
+    area: f64,
+    velocity: (f64, f64),
+    #[serde(skip_serializing_if = "Option::is_none")]
+    from: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    into: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    changed: Option<Vec<&'static str>>,
+}
+
+/// Tracks alone, where they come apart from frames.
+#[derive(Debug, Serialize)]
+pub struct TracksLine<'a> {
+    stream: &'a str,
+    frame: u64,
+    from: u64,
+    time: Option<f64>,
+    #[serde(flatten)]
+    tracks: TracksPart,
+}
+
+impl<'a> TracksLine<'a> {
+    /// The line of a message.
+    pub fn new(stream: &'a str, message: &Tracks) -> Self {
+        let Tracks { from, frame, time, events, alive, .. } = message;
+        Self { stream, frame: *frame, from: *from, time: *time, tracks: TracksPart::new(events, alive.as_deref()) }
+    }
+}
+
+impl TracksPart {
+    fn new(events: &[TrackEvent], alive: Option<&[Track]>) -> Self {
+        let line = |track: &Track| {
+            let &Track { id, birth, death, center: (x, y), radius, .. } = track;
+            (id, x, y, radius, birth, death)
+        };
+        Self {
+            tracks: events.iter().map(EventLine::new).collect(),
+            alive: alive.map(|alive| alive.iter().map(line).collect()),
+        }
+    }
+}
+
+impl EventLine {
+    fn new(event: &TrackEvent) -> Self {
+        let &Track { id, age, birth, death, center, radius, area, velocity, .. } = &event.track;
+        let (mut from, mut into, mut changed) = (None, None, None);
+        let event = match event.happening {
+            Happening::Born => "born",
+            Happening::Split(other) => {
+                from = Some(other);
+                "split"
+            }
+            Happening::Updated(changes) => {
+                let words = [(changes.center, "center"), (changes.birth, "birth"), (changes.death, "death")];
+                changed = Some(words.into_iter().filter(|(has, _)| *has).map(|(_, word)| word).collect());
+                "updated"
+            }
+            Happening::Unselected => "unselected",
+            Happening::Reselected => "reselected",
+            Happening::Merged(other) => {
+                into = Some(other);
+                "merged"
+            }
+            Happening::Died => "died",
+        };
+        Self { id, event, age, birth, death, center, radius, area, velocity, from, into, changed }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -88,6 +181,11 @@ impl<'a> FrameLine<'a> {
         }
     }
 
+    /// Also tells what has happened to tracks up to the frame, and perhaps all that are alive.
+    pub fn add_tracks(&mut self, events: &[TrackEvent], alive: Option<Vec<Track>>) {
+        self.tracks = Some(TracksPart::new(events, alive.as_deref()));
+    }
+
     fn empty(stream: &'a str, frame: &FrameInfo, from: u64, checksum: u64) -> Self {
         Self {
             stream,
@@ -101,6 +199,7 @@ impl<'a> FrameLine<'a> {
             edges: Edges { add: &[], del: &[] },
             critical: CriticalEdges { set: &[], del: &[] },
             checksum,
+            tracks: None,
         }
     }
 }

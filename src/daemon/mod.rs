@@ -26,6 +26,7 @@ mod seat;
 mod signals;
 mod stop;
 mod streams;
+mod tracks;
 mod views;
 mod writer;
 
@@ -36,7 +37,7 @@ use std::thread;
 use std::time::Duration;
 
 use crossbeam_channel::{Receiver, bounded, select, unbounded};
-use hopes::topology::{Contradiction, Options};
+use hopes::topology::{Contradiction, Options, TrackOptions};
 use hopes_protocol as wire;
 use thiserror::Error;
 
@@ -45,7 +46,7 @@ pub use client::{Client, ClientError, Received, Receiving, Sending, Timeouts};
 pub use complaints::{Complaints, StrictStop};
 pub use convert::{cut, spec, wire_window};
 use engine::{Sources, Tap};
-pub use frame_line::FrameLine;
+pub use frame_line::{FrameLine, TracksLine};
 pub use inbox::{Batch, Input, Overload};
 use inbox::{Item, Origin};
 use peer::{ListenError, Listener, Registry};
@@ -125,6 +126,10 @@ pub struct Settings {
     pub default_stream: StreamSettings,
     /// What stdout shows of it.
     pub view: wire::View,
+    /// What is tracked in every stream, if anything.
+    pub tracking: Option<TrackOptions>,
+    /// Whether stdout lists all living tracks in every frame.
+    pub lists_tracks: bool,
     /// Stop at the first thing on stdin that cannot be used.
     pub strict: bool,
     /// Recompute every frame from scratch, and stop where it differs.
@@ -215,7 +220,7 @@ pub fn run(settings: Settings, source: Option<Source>, sink: Option<Sink>) -> Re
     }
     let signals = signals::channel().map_err(DaemonError::Start)?;
     let (ended_sender, ended) = unbounded();
-    let hub = Arc::new(Hub::new(settings.limits, settings.overload, settings.check, ended_sender));
+    let hub = Arc::new(Hub::new(&settings, ended_sender));
     let is_listening = !settings.listen.is_empty();
     let named = |name: &str| thread::Builder::new().name(name.to_owned());
 
@@ -223,8 +228,11 @@ pub fn run(settings: Settings, source: Option<Source>, sink: Option<Sink>) -> Re
     let mut writer = None;
     if let Some((form, sink)) = sink {
         let (frames, lines) = bounded(FRAMES);
+        let lists_tracks = settings.lists_tracks;
         sources.tap = Some(Tap { view: settings.view, frames, is_vital: !is_listening });
-        writer = Some(named("writer").spawn(move || writer::run(&lines, form, sink)).map_err(DaemonError::Start)?);
+        writer = Some(
+            named("writer").spawn(move || writer::run(&lines, form, lists_tracks, sink)).map_err(DaemonError::Start)?,
+        );
     }
     for (name, stream) in &settings.streams {
         hub.make(name, *stream, Sources::default())?;

@@ -14,6 +14,7 @@ use hopes_protocol as wire;
 use super::board::{Entry, Following, Group, Ranked};
 use super::convert::{self, encoded};
 use super::streams::Stream;
+use super::tracks::{Known, Next};
 
 /// What the engine is asked by consumers.
 #[derive(Debug)]
@@ -22,6 +23,8 @@ pub enum Control {
     Join(Arc<Seat>, wire::View, Option<wire::Resume>),
     /// A seat wants to see something else.
     ChangeView(Arc<Seat>, wire::ChangeView),
+    /// A seat wants to see tracks, or others.
+    WantTracks(Arc<Seat>, wire::TracksWanted),
     /// A seat is too far behind for anything but a snapshot.
     Snapshot(Arc<Seat>),
     /// Somebody leaves.
@@ -52,13 +55,15 @@ struct State {
     /// Nothing more is to be sent after the head.
     is_closed: bool,
     sent_dots: Option<Arc<Ranked>>,
+    tracks: wire::TracksWanted,
+    known_tracks: Known,
     /// When something was sent last.
     last: Instant,
 }
 
 impl Seat {
     /// A place before a stream; nothing is sent before the engine was told of it.
-    pub fn new(stream: Arc<Stream>, dots: wire::DotsWanted, bell: Sender<()>) -> Self {
+    pub fn new(stream: Arc<Stream>, dots: wire::DotsWanted, tracks: wire::TracksWanted, bell: Sender<()>) -> Self {
         let opened = wire::StreamOpened {
             stream: stream.number,
             name: stream.name.clone(),
@@ -75,6 +80,8 @@ impl Seat {
             is_waiting: true,
             is_closed: false,
             sent_dots: None,
+            tracks,
+            known_tracks: Known::default(),
             last: Instant::now(),
         };
         Self { stream, bell, state: Mutex::new(state) }
@@ -88,6 +95,17 @@ impl Seat {
     /// How many dots are wanted.
     pub fn dots_wanted(&self) -> usize {
         self.lock().dots_wanted()
+    }
+
+    /// What is wanted of tracks.
+    pub fn tracks_wanted(&self) -> wire::TracksWanted {
+        self.lock().tracks
+    }
+
+    /// Wants to see tracks, from nothing.
+    pub fn want_tracks(&self, tracks: wire::TracksWanted) {
+        let mut state = self.lock();
+        (state.tracks, state.known_tracks) = (tracks, Known::default());
     }
 
     /// Looks at a group from now on; waits for a snapshot.
@@ -148,6 +166,8 @@ impl Seat {
                 state.at = run.last().map_or(at, |last| last.info.number);
                 state.head.extend(run.iter().map(|entry| entry.message.clone()));
             }
+            let tracks = self.next_tracks(&mut state);
+            state.head.extend(tracks);
             let dots = self.next_dots(&mut state);
             state.head.extend(dots);
         }
@@ -178,6 +198,10 @@ impl Seat {
             return Some(first);
         }
         let (at, following) = state.following(queue)?;
+        if let Some(tracks) = self.next_tracks(&mut state) {
+            state.last = Instant::now();
+            return Some(tracks);
+        }
         match following {
             Following::Nothing => self.next_dots(&mut state),
             Following::Next(entry) => {
@@ -253,6 +277,24 @@ impl Seat {
         });
         state.sent_dots = Some(ranked);
         dots.and_then(encoded)
+    }
+
+    /// What has happened to tracks up to the frame that the consumer has.
+    fn next_tracks(&self, state: &mut State) -> Option<wire::Shared> {
+        if state.tracks == wire::TracksWanted::No || state.at == 0 {
+            return None;
+        }
+        match self.stream.board.tracks().next(self.stream.number, state.known_tracks, state.at, state.tracks) {
+            Next::Unknown => None,
+            Next::Nothing => {
+                state.known_tracks.known = state.known_tracks.known.max(state.at);
+                None
+            }
+            Next::Tell(tracks) => {
+                state.known_tracks = Known { told: state.at, known: state.at };
+                encoded(tracks)
+            }
+        }
     }
 
     fn lagged(&self, at: u64, to: u64) -> Option<wire::Lagged> {

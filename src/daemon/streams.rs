@@ -12,7 +12,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use crossbeam_channel::{Receiver, Sender, bounded};
-use hopes::topology::Options;
+use hopes::topology::{Options, TrackOptions};
 use hopes_protocol as wire;
 
 use super::board::Board;
@@ -21,7 +21,7 @@ use super::engine::{Engine, Sources};
 use super::inbox::{Inbox, Overload};
 use super::peer::{ProducerChannel, Subscription};
 use super::seat::{Control, Seat};
-use super::{DaemonError, Limits, StreamSettings};
+use super::{DaemonError, Limits, Settings, StreamSettings};
 
 /// What consumers of a stream are told at its end.
 pub const ENDED: &str = "the stream has ended";
@@ -173,6 +173,8 @@ pub struct Hub {
     pub epoch: u64,
     /// How much of everything there may be.
     pub limits: Limits,
+    /// What is tracked in every stream, if anything.
+    pub tracking: Option<TrackOptions>,
     overload: Overload,
     is_checking: bool,
     started: Instant,
@@ -203,13 +205,14 @@ pub struct Ended {
 
 impl Hub {
     /// No streams yet. Each engine that ends is told of on a channel.
-    pub fn new(limits: Limits, overload: Overload, is_checking: bool, ended: Sender<Ended>) -> Self {
+    pub fn new(settings: &Settings, ended: Sender<Ended>) -> Self {
         let epoch = SystemTime::now().duration_since(UNIX_EPOCH).map_or(1, |since| since.as_micros() as u64);
         Self {
             epoch,
-            limits,
-            overload,
-            is_checking,
+            limits: settings.limits.clone(),
+            tracking: settings.tracking,
+            overload: settings.overload,
+            is_checking: settings.check,
             started: Instant::now(),
             connections: AtomicU64::new(0),
             refused_messages: AtomicU64::new(0),

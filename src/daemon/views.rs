@@ -8,13 +8,14 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use hopes::topology::{Follower, Pipeline, SimplifiedFollower, Step};
+use hopes::topology::{Follower, Pipeline, SimplifiedFollower, Step, TrackOptions};
 use hopes_protocol as wire;
 
 use super::board::{Entry, Group, Ranked};
 use super::convert::{self, encoded};
 use super::seat::{Control, Seat};
 use super::streams::Stream;
+use super::tracks::{TrackFrame, Tracking};
 
 /// How long a view is kept that nobody looks at: so long a consumer may be away and still resume by diffs.
 const KEPT: Duration = Duration::from_secs(60);
@@ -76,18 +77,21 @@ pub struct Views {
     early: Vec<(Arc<Seat>, wire::Cause)>,
     /// How many bytes of changes each view keeps.
     history: usize,
+    tracking: Option<Tracking>,
     rejected: u64,
 }
 
 impl Views {
     /// Nobody looks yet.
-    pub fn new(stream: Arc<Stream>, history: usize) -> Self {
-        Self { stream, watched: Vec::new(), early: Vec::new(), history, rejected: 0 }
+    pub fn new(stream: Arc<Stream>, history: usize, tracking: Option<TrackOptions>) -> Self {
+        let tracking = tracking.map(Tracking::new);
+        Self { stream, watched: Vec::new(), early: Vec::new(), history, tracking, rejected: 0 }
     }
 
     /// An estimate of the memory that is taken.
     pub fn bytes(&self) -> usize {
-        self.watched.iter().map(|watched| watched.group.ring().bytes()).sum()
+        let views: usize = self.watched.iter().map(|watched| watched.group.ring().bytes()).sum();
+        views + self.stream.board.tracks().bytes()
     }
 
     /// Those who follow plain views.
@@ -105,13 +109,40 @@ impl Views {
                 self.sit_down(&seat, change.view, pipeline);
                 self.give_snapshot(&seat, wire::Cause::ViewChanged, pipeline);
             }
+            Control::WantTracks(seat, tracks) => {
+                seat.want_tracks(tracks);
+                seat.ring_bell();
+            }
             Control::Snapshot(seat) => self.give_snapshot(&seat, wire::Cause::Lagged, pipeline),
             Control::Leave(seat) => {
                 self.leave(&seat);
                 self.stream.stats.consumers.fetch_sub(1, Ordering::Relaxed);
             }
         }
+        self.track(pipeline, false);
         self.show_dots(pipeline);
+    }
+
+    /// What has happened to tracks up to the newest frame, if anybody wants to know and it is not known yet.
+    pub fn track(&mut self, pipeline: &mut Pipeline, is_tapped: bool) -> Option<Arc<TrackFrame>> {
+        let tracking = self.tracking.as_mut().filter(|_| pipeline.committed() > 0)?;
+        let seats = |watched: &Watched| watched.group.seats().iter().map(|seat| seat.tracks_wanted()).max();
+        let wanted = self.watched.iter().filter_map(seats).max().unwrap_or_default();
+        if wanted == wire::TracksWanted::No && !is_tapped {
+            return None;
+        }
+        let with_cycles = wanted == wire::TracksWanted::Cycles;
+        let looked = tracking.look(pipeline, with_cycles);
+        let mut ring = self.stream.board.tracks();
+        let newest = ring.newest().cloned();
+        let looked = looked.or_else(|| {
+            newest.filter(|newest| with_cycles && !newest.has_cycles()).map(|newest| tracking.again(&newest))
+        });
+        let looked = Arc::new(looked?);
+        ring.push(Arc::clone(&looked), self.history);
+        drop(ring);
+        self.watched.iter().for_each(|watched| watched.group.ring_bells());
+        Some(looked)
     }
 
     /// Tells of the newest frame, if anybody looks. Gives the time that computing took, telling left out.

@@ -153,6 +153,8 @@ pub struct TrackStep {
     pub events: Vec<TrackEvent>,
     /// All tracks that have been announced and have not ended, by id.
     pub alive: Vec<Track>,
+    /// Those of them whose regions were found anew; all others have the regions that they had.
+    pub reshaped: Vec<TrackId>,
     /// Dots that the rule selects, and that were too many to be looked at: the least persistent ones.
     pub left_out: usize,
 }
@@ -192,6 +194,8 @@ struct Life {
     triangle: [VertexId; 3],
     edge: EdgeId,
     region: Region,
+    /// The frame that the region was found in.
+    shaped: u64,
     /// A dot of less persistence is no continuation.
     least: f64,
     /// Frames on end in which it was not there.
@@ -230,6 +234,11 @@ impl Tracker {
         self.announced().find(|life| life.track.id == id).map(|life| &life.region)
     }
 
+    /// The regions of all of them, by id.
+    pub fn regions(&self) -> impl Iterator<Item = (TrackId, &Region)> {
+        self.announced().map(|life| (life.track.id, &life.region))
+    }
+
     fn announced(&self) -> impl Iterator<Item = &Life> {
         self.lives.iter().filter(|life| life.is_announced)
     }
@@ -262,7 +271,7 @@ impl Tracker {
                 Some((place, by)) => {
                     life.see(at.number, &all[place], by, is_selected[place]);
                     if life.is_changed(&all[place]) || life.region.is_touched(life.track.birth, touched) {
-                        life.settle(&all[place], regions.take(place));
+                        life.settle(at.number, &all[place], regions.take(place));
                     }
                 }
                 None => life.missed = life.missed.saturating_add(1),
@@ -281,7 +290,8 @@ impl Tracker {
         self.find_heirs();
         let events = self.tell(at);
         let alive = self.announced().map(|life| life.track).collect();
-        TrackStep { number: at.number, time: at.time, events, alive, left_out: *left_out }
+        let reshaped = self.announced().filter(|life| life.shaped == at.number).map(|life| life.track.id).collect();
+        TrackStep { number: at.number, time: at.time, events, alive, reshaped, left_out: *left_out }
     }
 
     /// The announced life that is there now, in whose hole a point lies: the smallest, if there are several.
@@ -365,6 +375,7 @@ impl Life {
             triangle: sighting.triangle,
             edge: sighting.critical.edge,
             region,
+            shaped: frame,
             least: LEAST_SHARE * sighting.persistence(),
             missed: 0,
             swayed: 0,
@@ -410,11 +421,11 @@ impl Life {
     }
 
     /// Takes on a dot and its region.
-    fn settle(&mut self, sighting: &Sighting, region: Region) {
+    fn settle(&mut self, frame: u64, sighting: &Sighting, region: Region) {
         (self.edge, self.triangle) = (sighting.critical.edge, sighting.triangle);
         (self.track.birth, self.track.death) = (sighting.critical.birth, sighting.critical.death);
         self.track.area = region.area();
-        self.region = region;
+        (self.region, self.shaped) = (region, frame);
     }
 
     /// What has changed since it was told of.

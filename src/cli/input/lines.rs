@@ -22,7 +22,7 @@ const CHUNK: usize = 64 * 1024;
 
 /// One line.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Line<'a> {
+pub enum Line<'a> {
     /// All of it, without the line end.
     Whole(&'a [u8]),
     /// It was longer than allowed and has been skipped.
@@ -34,7 +34,7 @@ pub(super) enum Line<'a> {
 /// `buffer[start..filled]` has been read and not handed out; in `buffer[start..searched]` there is
 /// no line end.
 #[derive(Debug)]
-pub(super) struct Lines<R> {
+pub struct Lines<R> {
     source: R,
     buffer: Vec<u8>,
     start: usize,
@@ -50,7 +50,8 @@ pub(super) struct Lines<R> {
 }
 
 impl<R: Read> Lines<R> {
-    pub(super) fn new(source: R, limit: usize) -> Self {
+    /// Lines of at most so many bytes.
+    pub fn new(source: R, limit: usize) -> Self {
         Self {
             source,
             buffer: vec![0; CHUNK],
@@ -66,7 +67,10 @@ impl<R: Read> Lines<R> {
     }
 
     /// The next line; none at the end of the source. After an error it may be called again.
-    pub(super) fn next(&mut self) -> io::Result<Option<Line<'_>>> {
+    ///
+    /// # Errors
+    /// The source fails.
+    pub fn next(&mut self) -> io::Result<Option<Line<'_>>> {
         let whole = loop {
             if let Some(end) = self.line_end() {
                 break self.take(end, end + 1);
@@ -89,12 +93,12 @@ impl<R: Read> Lines<R> {
     }
 
     /// How many bytes a line may have.
-    pub(super) fn limit(&self) -> usize {
+    pub fn limit(&self) -> usize {
         self.limit
     }
 
     /// The number of the line handed out last, counted from 1; 0 before the first.
-    pub(super) fn number(&self) -> u64 {
+    pub fn number(&self) -> u64 {
         self.number
     }
 

@@ -2,7 +2,8 @@
 //!
 //! In: any [`std::io::Read`], a [`Format`], the [`Columns`] of a table and the [`Limits`].
 //! Out: one [`Record`] a line, from a [`Reader`]: points, retractions, commits, blank lines, headers and comments, and
-//! lines that cannot be read, each with a message that names the line, the field and the remedy.
+//! lines that cannot be read, each with a message that names the line, the field and the remedy. For other files of lines
+//! than points: [`Lines`] and [`Excerpt`].
 //!
 //! Invariants: a bad line never stops the rest; memory is bounded by the longest line allowed; how
 //! the source cuts its bytes into reads changes nothing in what comes out; a line is handed on as
@@ -31,6 +32,8 @@ mod text;
 mod tests;
 
 pub use columns::Columns;
+pub use excerpt::Excerpt;
 pub use format::Format;
+pub use lines::{Line, Lines};
 pub use reader::{Limits, Reader};
 pub use record::Record;

@@ -10,7 +10,7 @@ use super::layout::Rect;
 use super::numbers::{Ticks, round_step, short};
 use super::page::{Anchor, FRAME, INK, MUTED, Page, Type, text_width};
 use super::plane::{CRITICAL_STYLE, POINT_STYLE, SIMPLE_STYLE, TREE_STYLE, hole_style};
-use super::ramp::STOPS;
+use super::ramp::{Ramp, STOPS};
 
 /// Width of a sample, with the room before its name.
 const SAMPLE: f64 = 24.0;
@@ -19,8 +19,8 @@ const SPACE: f64 = 14.0;
 const SCALE_BAR: f64 = 0.25;
 
 /// Draws the colour bar, unless there is nothing to colour.
-pub(super) fn draw_bar(page: &mut Page, bar: Rect, scene: &Scene<'_>) {
-    let top = scene.ramp.top();
+pub(super) fn draw_bar(page: &mut Page, bar: Rect, ramp: Ramp) {
+    let top = ramp.top();
     if top <= 0.0 {
         return;
     }

@@ -1,4 +1,4 @@
-//! A picture of a cloud's skeleton beside its persistence diagram, as SVG or PNG.
+//! Pictures: a cloud's skeleton beside its persistence diagram, as SVG or PNG; lives as bars, as SVG.
 //!
 //! In: a skeleton, a view of it, perhaps the view's simplified form. Out: a document with two panels; the left one has
 //! the cloud, the tree, the critical edges and the holes they enclose, the right one the diagram with the gaps that
@@ -7,8 +7,10 @@
 //!
 //! Data flows from the scene to the page: `layout` says where, `plane`, `diagram` (with `strips`) and `legend` say
 //! what, `camera`, `marks`, `labels`, `ramp`, `numbers` and `words` help them, `page` writes it down; `raster` makes
-//! pixels of it.
+//! pixels of it. `barcode`, which draws lives, needs no scene: it has a layout of its own, and an `axis`.
 
+mod axis;
+mod barcode;
 mod camera;
 mod diagram;
 mod labels;
@@ -29,7 +31,10 @@ use layout::Layout;
 use page::{Anchor, INK, MUTED, Page, Type};
 use ramp::Ramp;
 
+pub use barcode::{Bar, Barcode, Link, LinkKind, barcode};
+pub use numbers::count;
 pub use raster::png;
+pub use words::shortened;
 
 /// Vertices and edges of a simplified skeleton.
 pub type Simplified<'a> = (&'a [[f64; 2]], &'a [[u32; 2]]);
@@ -67,7 +72,7 @@ pub fn svg(skeleton: &Skeleton, view: &View, simplified: Option<Simplified<'_>>,
     let scale = plane::draw(&mut page, layout.plane, &scene);
     legend::draw_samples(&mut page, layout.plane, &scene, scale);
     diagram::draw(&mut page, layout.diagram, &scene);
-    legend::draw_bar(&mut page, layout.bar, &scene);
+    legend::draw_bar(&mut page, layout.bar, scene.ramp);
     page.finish()
 }
 

@@ -76,7 +76,7 @@ fn without_zeros(digits: &str) -> &str {
 }
 
 /// A count with its noun: "1 cycle", "12,345 points".
-pub(super) fn count(number: usize, noun: &str) -> String {
+pub fn count(number: usize, noun: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };
     format!("{} {noun}{plural}", grouped(number))
 }

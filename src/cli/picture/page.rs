@@ -102,6 +102,11 @@ impl Page {
         self.put(format_args!("</g>\n"));
     }
 
+    /// Adds what shows where the pointer rests on the group in hand.
+    pub(super) fn hint(&mut self, hint: &str) {
+        self.put(format_args!("<title>{}</title>\n", Escaped(hint)));
+    }
+
     /// Adds a path, unless it is empty.
     pub(super) fn path(&mut self, data: &str, attributes: impl Display) {
         if !data.is_empty() {

@@ -24,7 +24,8 @@ pub(super) fn headline(scene: &Scene<'_>, name: Option<&str>) -> String {
     }
 }
 
-fn shortened(name: &str) -> String {
+/// A name that is short enough for a headline.
+pub fn shortened(name: &str) -> String {
     if name.chars().count() <= NAME {
         return name.to_owned();
     }

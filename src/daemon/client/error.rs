@@ -13,6 +13,16 @@ use crate::daemon::Address;
 /// What a client cannot go on from.
 #[derive(Debug, Error)]
 pub enum ClientError {
+    /// It does not know what was asked of it.
+    #[error("the daemon at {address} speaks protocol version {spoken}, and this needs version {needed}: update it")]
+    Older {
+        /// Where it listens.
+        address: Address,
+        /// The version agreed on.
+        spoken: u16,
+        /// The first that has it.
+        needed: u16,
+    },
     /// Nobody answers there.
     #[error("cannot connect to {address}: {reason}; start a daemon there with: hopes serve --listen {address}")]
     Connect {

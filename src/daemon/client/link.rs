@@ -58,6 +58,10 @@ impl Link {
 
     /// Sends a message, and what is owed.
     pub fn send(&self, channel: u32, message: &Message) -> Result<(), ClientError> {
+        if message.since() > self.version {
+            let (spoken, needed) = (self.version, message.since());
+            return Err(ClientError::Older { address: self.address.clone(), spoken, needed });
+        }
         let frame = self.frame(channel, message)?;
         let mut outgoing = self.outgoing.lock().unwrap_or_else(PoisonError::into_inner);
         outgoing.backlog.extend(frame);

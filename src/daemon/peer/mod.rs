@@ -16,7 +16,7 @@ mod registry;
 mod socket;
 mod writer;
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU16, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -56,6 +56,8 @@ pub struct Peer {
     is_ending: AtomicBool,
     /// Nothing more is to be said: it would not be understood.
     is_strange: AtomicBool,
+    /// Of frames to it.
+    version: AtomicU16,
 }
 
 impl Peer {
@@ -72,6 +74,7 @@ impl Peer {
             is_cut_off: AtomicBool::new(false),
             is_ending: AtomicBool::new(false),
             is_strange: AtomicBool::new(false),
+            version: AtomicU16::new(wire::Banner::OURS.lowest),
         }
     }
 
@@ -96,6 +99,16 @@ impl Peer {
     fn say_goodbye(&self, reason: &str, streams: Vec<(String, u64)>) {
         *lock(&self.goodbye) = encoded(wire::Goodbye { reason: reason.to_owned(), streams });
         let _ = self.bell.try_send(());
+    }
+
+    /// Frames to it are of this version from now on.
+    fn set_version(&self, version: u16) {
+        self.version.store(version, Ordering::Release);
+    }
+
+    /// The version of frames to it: the lowest, until one is agreed on.
+    fn version(&self) -> u16 {
+        self.version.load(Ordering::Acquire)
     }
 
     /// Hangs up without a word.
@@ -172,6 +185,8 @@ pub struct Subscription {
     pattern: Pattern,
     /// What those streams are seen in that come later.
     look: Mutex<wire::ChangeView>,
+    /// What of their tracks.
+    tracks: Mutex<wire::TracksWanted>,
     /// Nothing is followed any more.
     is_over: AtomicBool,
 }
@@ -188,8 +203,8 @@ impl Subscription {
         if self.is_over.load(Ordering::Acquire) {
             return;
         }
-        let look = *lock(&self.look);
-        let seat = Arc::new(Seat::new(Arc::clone(stream), look.dots, self.peer.bell.clone()));
+        let (look, tracks) = (*lock(&self.look), *lock(&self.tracks));
+        let seat = Arc::new(Seat::new(Arc::clone(stream), look.dots, tracks, self.peer.bell.clone()));
         seats.push((self.channel, Arc::clone(&seat)));
         stream.join(&seat, look.view, resume);
         // There is the stream itself to tell of, even if it has no frame.
@@ -214,6 +229,14 @@ impl Subscription {
         *lock(&self.look) = change;
         for (_, seat) in seats.iter().filter(|(channel, _)| *channel == self.channel) {
             seat.stream.ask(Control::ChangeView(Arc::clone(seat), change));
+        }
+    }
+
+    fn want_tracks(&self, tracks: wire::TracksWanted) {
+        let seats = lock(&self.peer.seats);
+        *lock(&self.tracks) = tracks;
+        for (_, seat) in seats.iter().filter(|(channel, _)| *channel == self.channel) {
+            seat.stream.ask(Control::WantTracks(Arc::clone(seat), tracks));
         }
     }
 }

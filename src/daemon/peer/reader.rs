@@ -132,6 +132,7 @@ impl Reader<'_> {
             let Some(theirs) = self.decoder.banner().map_err(broken)? else { return Ok(()) };
             let version = wire::Banner::OURS.agree(theirs).map_err(End::Strange)?;
             self.decoder.set_version(version);
+            self.peer.set_version(version);
             self.has_banner = true;
         }
         while let Some(frame) = self.decoder.frame().map_err(broken)? {
@@ -187,6 +188,7 @@ impl Reader<'_> {
             Message::Commit(commit) => self.feed(channel, Input::Commit(commit.time), commit.sequence, Some(debt)),
             Message::Close(close) => self.close(channel, close.end),
             Message::ChangeView(change) => self.change_view(channel, change),
+            Message::WantTracks(wanted) => self.want_tracks(channel, wanted.tracks),
             Message::Unsubscribe(_) => self.unsubscribe(channel),
             _ => Err((ErrorCode::Unexpected, "this message is not for a daemon".to_owned())),
         };
@@ -306,8 +308,9 @@ impl Reader<'_> {
             return Err((ErrorCode::BadName, "only one stream can be resumed: name it without *".to_owned()));
         }
         let look = wire::ChangeView { view: subscribe.view, dots: subscribe.dots };
-        let (peer, look, is_over) = (Arc::clone(self.peer), Mutex::new(look), AtomicBool::new(false));
-        let subscription = Arc::new(Subscription { channel, peer, pattern, look, is_over });
+        let (peer, look, tracks) = (Arc::clone(self.peer), Mutex::new(look), Mutex::default());
+        let is_over = AtomicBool::new(false);
+        let subscription = Arc::new(Subscription { channel, peer, pattern, look, tracks, is_over });
         self.channels.insert(channel, Conversation::Consumer(Arc::clone(&subscription)));
         self.hub.subscribe(subscription, subscribe.resume);
         Ok(())
@@ -317,6 +320,16 @@ impl Reader<'_> {
         let subscription = self.subscription(channel)?;
         convert::check_view(change.view).map_err(|text| (ErrorCode::BadOptions, text.to_owned()))?;
         subscription.change(change);
+        Ok(())
+    }
+
+    fn want_tracks(&self, channel: u32, tracks: wire::TracksWanted) -> Result<(), Refused> {
+        let subscription = self.subscription(channel)?;
+        if self.hub.tracking.is_none() && tracks != wire::TracksWanted::No {
+            let text = "this daemon follows no tracks: start it with --track".to_owned();
+            return Err((ErrorCode::BadOptions, text));
+        }
+        subscription.want_tracks(tracks);
         Ok(())
     }
 

@@ -119,7 +119,7 @@ impl Registry {
 /// Tells somebody that there is no room. They have said nothing yet; the banner comes first all the same.
 fn turn_away(socket: &Socket, reason: String) {
     let Some(message) = encoded(report(wire::ErrorCode::TooManyConnections, 0, reason)) else { return };
-    let header = wire::header(wire::VERSION, message.kind, 0, message.length);
+    let header = wire::header(wire::Banner::OURS.lowest, message.kind, 0, message.length);
     let bytes = [&wire::Banner::OURS.encode()[..], &header, &message.bytes].concat();
     // Who does not take so few bytes at once is not waited for.
     let _ = socket.write(&bytes, Duration::from_millis(10));

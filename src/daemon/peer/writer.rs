@@ -24,7 +24,7 @@ const TOGETHER: usize = 1 << 16;
 /// Sends until goodbye was said or the connection is gone.
 pub fn run(peer: &Peer, rings: &Receiver<()>, limits: &Limits) {
     let now = Instant::now();
-    let mut writer = Writer { peer, limits, version: wire::VERSION, buffer: Vec::new(), last: now, asked: now };
+    let mut writer = Writer { peer, limits, buffer: Vec::new(), last: now, asked: now };
     if let Err(error) = writer.write_banner().and_then(|()| writer.run(rings)) {
         tracing::debug!("{}: cannot send: {error}", peer.label);
         // One that has gone has said before what it had to say.
@@ -37,7 +37,6 @@ pub fn run(peer: &Peer, rings: &Receiver<()>, limits: &Limits) {
 struct Writer<'a> {
     peer: &'a Peer,
     limits: &'a Limits,
-    version: u16,
     buffer: Vec<u8>,
     /// When something was sent last.
     last: Instant,
@@ -127,7 +126,7 @@ impl Writer<'_> {
 
     fn put(&mut self, channel: u32, message: &wire::Shared) -> io::Result<()> {
         self.last = Instant::now();
-        self.buffer.extend(wire::header(self.version, message.kind, channel, message.length));
+        self.buffer.extend(wire::header(self.peer.version(), message.kind, channel, message.length));
         if message.bytes.len() > TOGETHER {
             self.flush()?;
             return self.peer.socket.write(&message.bytes, self.limits.timeout);

@@ -1,0 +1,184 @@
+//! `hopes scene`: points whose true holes are known.
+//!
+//! In: a scene's name and options. Out: its points, and its truth in a file. Invariants: every frame that was begun is
+//! written as a whole, in both; the truth of a frame is written before its points. Must not know: how scenes are
+//! played.
+
+mod points;
+mod truth;
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use hopes::scene::{Kind, OptionError, Options, Scene};
+
+use super::Failure;
+use super::args::number;
+use crate::daemon::Stop;
+use points::Points;
+use truth::Truth;
+
+/// Make points whose true holes are known.
+///
+/// Rings and other shapes move, open, split, fuse, appear and vanish. Their points come as a stream, and which holes
+/// they truly have, under ids that last, as JSON lines in a file. The same seed gives the same bytes, everywhere.
+#[derive(Debug, Args)]
+#[command(
+    name = "scene",
+    after_help = "Examples:
+  hopes scene --list
+  hopes scene pinch --truth pinch.truth | hopes serve --window frames:1
+  hopes scene crowd --format jsonl --churn 0.02 --frames 3000 | hopes serve --input jsonl
+  hopes scene mixed --format bin -o mixed.points; hopes feed mixed.points --input bin --to unix:/tmp/hopes.sock --rate 30"
+)]
+pub struct Play {
+    /// The scene; --list lists all.
+    #[arg(value_name = "NAME", required_unless_present = "list", value_parser = kind)]
+    kind: Option<Kind>,
+    /// List the scenes.
+    #[arg(long, exclusive = true)]
+    list: bool,
+    /// How many frames, 30 to a second of event time.
+    #[arg(long, value_name = "N", default_value = "600", value_parser = clap::value_parser!(u64).range(1..))]
+    frames: u64,
+    /// Of all that is random.
+    #[arg(long, value_name = "S", default_value = "1")]
+    seed: u64,
+    /// How dense: so many points to a length of the hole's radius, along its wall.
+    #[arg(long, value_name = "D", default_value = "16", value_parser = points_per_radius)]
+    points_per_radius: u32,
+    /// How far off a point may be, uniformly in a disc: a share of the hole's radius, 0 to 0.3.
+    #[arg(long, value_name = "E", default_value = "0.1", value_parser = noise)]
+    noise: f64,
+    /// Which share of each wall's points is drawn anew in every frame, 0.01 to 1; the others are carried along.
+    #[arg(long, value_name = "C", default_value = "0.1", value_parser = churn)]
+    churn: f64,
+    /// Give the points of each frame in a random order.
+    #[arg(long)]
+    shuffle: bool,
+    /// Where to write the truth, as JSON lines.
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
+    /// How the points are written.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    /// Where to write the points; - for stdout [default: -].
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// How points are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// All points of each frame, x,y a line, then a blank line: for windows of frames:1.
+    #[default]
+    Text,
+    /// What changes from frame to frame, as JSON lines: retract, points, commit.
+    Jsonl,
+    /// What changes from frame to frame, as messages of the protocol: Retract, Batch, Commit.
+    Bin,
+}
+
+impl Play {
+    pub fn run(self) -> Result<(), Failure> {
+        let Some(kind) = self.kind else {
+            return Ok(list(&mut io::stdout().lock()).context("cannot write to stdout")?);
+        };
+        let output = self.output.as_deref().filter(|&path| path != Path::new("-"));
+        match self.truth.as_deref() {
+            Some(truth) if truth == Path::new("-") => {
+                return Err(Failure::Usage("--truth needs a file of its own: stdout carries the points"));
+            }
+            Some(truth) if Some(truth) == output => {
+                return Err(Failure::Usage("--truth and --output name the same file: give each its own"));
+            }
+            _ => {}
+        }
+        let mut scene = Scene::new(kind, self.options())?;
+        let truth = self.truth.as_deref().map(|path| Ok::<_, anyhow::Error>((path, create(path)?))).transpose()?;
+        let truth = truth.map(|(path, file)| (path, Truth::new(file)));
+        match output {
+            Some(path) => self.play(kind, &mut scene, truth, create(path)?, &path.display().to_string())?,
+            None => self.play(kind, &mut scene, truth, buffered(io::stdout().lock()), "stdout")?,
+        }
+        Ok(())
+    }
+
+    fn options(&self) -> Options {
+        let Self { seed, points_per_radius, noise, churn, shuffle, .. } = *self;
+        Options { seed, points_per_radius, noise, churn, shuffle }
+    }
+
+    fn play(
+        &self,
+        kind: Kind,
+        scene: &mut Scene,
+        mut truth: Option<(&Path, Truth<impl Write>)>,
+        sink: impl Write,
+        sink_name: &str,
+    ) -> anyhow::Result<()> {
+        let mut stop = Stop::listen().context("cannot listen to signals")?;
+        let unwritten = || format!("cannot write to {sink_name}");
+        if let Some((path, truth)) = &mut truth {
+            truth.header(kind, &self.options(), self.frames, scene).with_context(|| cannot_write(path))?;
+        }
+        let mut points = Points::new(self.format, sink).with_context(unwritten)?;
+        for number in 1..=self.frames {
+            if let Some(signal) = stop.asked() {
+                tracing::info!("{signal}: stopped after {} frames", number - 1);
+                break;
+            }
+            let frame = scene.next_frame();
+            if let Some((path, truth)) = &mut truth {
+                truth.frame(&frame).with_context(|| cannot_write(path))?;
+            }
+            points.frame(&frame).with_context(unwritten)?;
+        }
+        if let Some((path, truth)) = truth {
+            truth.finish().with_context(|| cannot_write(path))?;
+        }
+        points.finish().with_context(unwritten)
+    }
+}
+
+fn list(sink: &mut impl Write) -> io::Result<()> {
+    Kind::ALL.iter().try_for_each(|kind| writeln!(sink, "{:<10}  {}", kind.name(), kind.about()))
+}
+
+fn create(path: &Path) -> anyhow::Result<BufWriter<File>> {
+    Ok(buffered(File::create(path).with_context(|| cannot_write(path))?))
+}
+
+fn buffered<W: Write>(sink: W) -> BufWriter<W> {
+    BufWriter::with_capacity(1 << 16, sink)
+}
+
+fn cannot_write(path: &Path) -> String {
+    format!("cannot write {}", path.display())
+}
+
+fn kind(word: &str) -> Result<Kind, String> {
+    word.parse().map_err(|error: hopes::scene::UnknownScene| error.to_string())
+}
+
+fn points_per_radius(word: &str) -> Result<u32, String> {
+    let points_per_radius = word.parse().map_err(|_| format!("{word:?} is not a whole number"))?;
+    checked(Options { points_per_radius, ..Options::default() }).map(|()| points_per_radius)
+}
+
+fn noise(word: &str) -> Result<f64, String> {
+    let noise = number(word)?;
+    checked(Options { noise, ..Options::default() }).map(|()| noise)
+}
+
+fn churn(word: &str) -> Result<f64, String> {
+    let churn = number(word)?;
+    checked(Options { churn, ..Options::default() }).map(|()| churn)
+}
+
+fn checked(options: Options) -> Result<(), String> {
+    options.check().map_err(|error: OptionError| error.to_string())
+}

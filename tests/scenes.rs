@@ -1,0 +1,377 @@
+//! Scenes against the real thing: the truth that they tell is what the skeleton of their points shows, and it is one
+//! story from beginning to end.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use hopes::scene::{Frame, Kind, OptionError, Options, Scene, TrueEvent, TrueHole};
+use hopes::topology::{Options as Stream, Pipeline, RankedDot, Window};
+
+/// So near to an event the number of holes may be the one before or after it, where what happens takes time.
+fn transition(kind: Kind) -> u64 {
+    match kind {
+        Kind::Pinch | Kind::Fuse | Kind::Open | Kind::Mixed => 4,
+        _ => 0,
+    }
+}
+
+/// As far as a hole's centre may be from the true one: a share of its radius.
+const NEAR: f64 = 0.35;
+
+fn scene(kind: Kind, options: Options) -> Scene {
+    Scene::new(kind, options).unwrap()
+}
+
+fn play(kind: Kind, options: Options, count: usize) -> Vec<Frame> {
+    let mut scene = scene(kind, options);
+    (0..count).map(|_| scene.next_frame()).collect()
+}
+
+/// The dots of a cloud that are as persistent as a true hole.
+fn dots(points: &[[f64; 2]], above: f64) -> Vec<RankedDot> {
+    let mut pipeline = Pipeline::new(Stream { window: Window::All, resolution: None });
+    assert_eq!(pipeline.feed_points(points, None), []);
+    pipeline.commit(None);
+    let mut dots = pipeline.poll_dots(100).dots;
+    dots.retain(|dot| dot.critical.death - dot.critical.birth >= above);
+    dots
+}
+
+/// Whether a hole is one of those.
+fn is_seen(hole: &TrueHole, dots: &[RankedDot]) -> bool {
+    dots.iter().any(|dot| hole.distance(dot.hole.center) <= NEAR * hole.radius)
+}
+
+/// What was looked at.
+#[derive(Debug, Default)]
+struct Tally {
+    /// Frames, and those away from events.
+    frames: u32,
+    calm: u32,
+    /// Of all of them: those with another number of dots than holes.
+    differing: u32,
+    /// Of the calm ones.
+    differing_calm: u32,
+    /// True holes in calm frames, and those without a dot at their place.
+    holes: u32,
+    unseen: u32,
+    /// The first calm frame at fault.
+    first: Option<u64>,
+}
+
+/// Compares every n-th frame of a scene with its truth.
+fn compare(kind: Kind, options: Options, count: usize, every: usize, transition: u64) -> Tally {
+    let above = scene(kind, options).above();
+    let frames = play(kind, options, count + transition as usize);
+    let events: Vec<u64> = frames.iter().filter(|frame| !frame.events.is_empty()).map(|frame| frame.number).collect();
+    let is_at_once = |event| event == 1 || transition == 0;
+    let mut tally = Tally::default();
+    for frame in frames.iter().take(count).skip(every / 2).step_by(every) {
+        let dots = dots(&frame.points, above);
+        let is_calm = events.iter().all(|event| frame.number.abs_diff(*event) > transition || is_at_once(*event));
+        let differs = dots.len() != frame.holes.len();
+        tally.frames += 1;
+        tally.differing += u32::from(differs);
+        if is_calm {
+            let unseen = frame.holes.iter().filter(|hole| !is_seen(hole, &dots)).count() as u32;
+            tally.calm += 1;
+            tally.differing_calm += u32::from(differs);
+            tally.holes += frame.holes.len() as u32;
+            tally.unseen += unseen;
+            tally.first = tally.first.or((differs || unseen > 0).then_some(frame.number));
+        }
+    }
+    tally
+}
+
+/// All ways to make points of which the truth must be seen.
+fn ways() -> impl Iterator<Item = Options> {
+    let noises = [0.0, 0.1].into_iter();
+    noises.flat_map(|noise| {
+        [12, 16].into_iter().flat_map(move |points_per_radius| {
+            [0.1, 1.0].map(|churn| Options { noise, points_per_radius, churn, ..Options::default() })
+        })
+    })
+}
+
+#[test]
+fn the_truth_is_what_the_skeleton_shows() {
+    for kind in Kind::ALL {
+        for (number, options) in ways().enumerate() {
+            // Other frames in each way, so that all together see most of the scene.
+            let tally = compare(kind, Options { seed: number as u64, ..options }, 400, 41 + number, transition(kind));
+            let fault = (tally.differing_calm, tally.unseen);
+            assert_eq!(fault, (0, 0), "{} {options:?}: {tally:?}", kind.name());
+            assert!(tally.calm > 0, "{} has no calm frame", kind.name());
+        }
+    }
+}
+
+#[test]
+fn dense_points_without_noise_show_events_in_their_frames() {
+    let options = Options { noise: 0.0, points_per_radius: 100, churn: 1.0, ..Options::default() };
+    for kind in [Kind::Pinch, Kind::Fuse, Kind::Open] {
+        let tally = compare(kind, options, 150, 1, 1);
+        assert_eq!((tally.differing_calm, tally.unseen), (0, 0), "{}: {tally:?}", kind.name());
+        assert!(tally.calm < 140, "{} has events: {tally:?}", kind.name());
+    }
+}
+
+/// Every frame, for the table: `cargo test --release --test scenes -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes minutes"]
+fn the_truth_is_what_the_skeleton_shows_in_every_frame() {
+    println!("scene noise points churn: frames, other number; calm frames, other number; holes, unseen; first fault");
+    let mut faults = 0;
+    for kind in Kind::ALL {
+        for options in ways() {
+            let tally = compare(kind, options, 600, 1, transition(kind));
+            let Options { noise, points_per_radius, churn, .. } = options;
+            let Tally { frames, calm, differing, differing_calm, holes, unseen, first } = tally;
+            println!(
+                "{:<10} {noise} {points_per_radius} {churn}: {frames}, {differing}; {calm}, {differing_calm}; {holes}, {unseen}; {first:?}",
+                kind.name()
+            );
+            faults += differing_calm + unseen;
+        }
+    }
+    assert_eq!(faults, 0);
+}
+
+// ---- the story
+
+/// What happens to a hole in a frame.
+fn id(event: &TrueEvent) -> u64 {
+    match *event {
+        TrueEvent::Born { id }
+        | TrueEvent::Split { id, .. }
+        | TrueEvent::Merged { id, .. }
+        | TrueEvent::Died { id } => id,
+    }
+}
+
+/// Who was there in the frame before, and which ids were given so far.
+#[derive(Default)]
+struct Story {
+    holes: BTreeMap<u64, TrueHole>,
+    given: BTreeSet<u64>,
+}
+
+impl Story {
+    /// Holds a frame against the rules.
+    fn follow(&mut self, frame: &Frame) {
+        let number = frame.number;
+        let now: BTreeMap<u64, TrueHole> = frame.holes.iter().map(|&hole| (hole.id, hole)).collect();
+        assert!(frame.holes.is_sorted_by(|a, b| a.id < b.id), "frame {number}: holes are in order, each once");
+        let mut there: BTreeSet<u64> = self.holes.keys().copied().collect();
+        for event in &frame.events {
+            let id = id(event);
+            match *event {
+                TrueEvent::Born { .. } | TrueEvent::Split { .. } => {
+                    assert!(self.given.insert(id) && there.insert(id), "frame {number}: {id} is new");
+                }
+                TrueEvent::Died { .. } | TrueEvent::Merged { .. } => {
+                    assert!(there.remove(&id), "frame {number}: {id} was there");
+                }
+            }
+            let (other, lesser) = match *event {
+                TrueEvent::Split { from, .. } => (from, &now),
+                TrueEvent::Merged { into, .. } => (into, &self.holes),
+                TrueEvent::Born { .. } | TrueEvent::Died { .. } => continue,
+            };
+            let lives_on = self.holes.contains_key(&other) && now.contains_key(&other);
+            assert!(lives_on, "frame {number}: {other} was there and stays");
+            assert!(now[&other].radius > lesser[&id].radius, "frame {number}: the larger keeps its id");
+        }
+        assert!(there.iter().eq(now.keys()), "frame {number}: who is there follows from the events");
+        self.holes = now;
+    }
+}
+
+#[test]
+fn the_truth_is_one_story() {
+    for kind in Kind::ALL {
+        for seed in 0..4 {
+            let options = Options { seed, points_per_radius: 2, ..Options::default() };
+            let smallest = scene(kind, options).smallest_radius();
+            let mut story = Story::default();
+            let mut least = f64::INFINITY;
+            for frame in play(kind, options, 2000) {
+                story.follow(&frame);
+                least = frame.holes.iter().map(|hole| hole.radius).fold(least, f64::min);
+            }
+            assert!(least >= smallest && least < 1.01 * smallest, "{}: {least}, {smallest}", kind.name());
+        }
+    }
+}
+
+#[test]
+fn holes_move_slowly() {
+    for kind in Kind::ALL {
+        let frames = play(kind, Options { points_per_radius: 2, ..Options::default() }, 1200);
+        let mut fastest: f64 = 0.0;
+        for pair in frames.windows(2) {
+            for hole in &pair[1].holes {
+                let before = pair[0].holes.iter().find(|before| before.id == hole.id);
+                // An annulus keeps its centre where the disc in it has it.
+                let way = before.map_or(0.0, |before| TrueHole { orbit: 0.0, ..*before }.distance(hole.center));
+                fastest = fastest.max(way / hole.radius);
+            }
+        }
+        // While they part or meet, the lesser discs of pairs are faster.
+        let limit = if matches!(kind, Kind::Pinch | Kind::Fuse | Kind::Mixed) { 0.14 } else { 0.06 };
+        assert!(fastest <= limit, "{}: {fastest}", kind.name());
+        assert_eq!(
+            fastest > 0.0,
+            !matches!(
+                kind,
+                Kind::Static | Kind::Open | Kind::Vanish | Kind::Polygons | Kind::Occlusion | Kind::Breathe
+            ),
+            "{}",
+            kind.name()
+        );
+    }
+}
+
+#[test]
+fn each_scene_has_the_events_of_its_name() {
+    for kind in Kind::ALL {
+        let frames = play(kind, Options { points_per_radius: 2, ..Options::default() }, 600);
+        let events = frames.iter().skip(1).flat_map(|frame| &frame.events);
+        let mut counts = [0; 4];
+        for event in events {
+            let which = match event {
+                TrueEvent::Born { .. } => 0,
+                TrueEvent::Split { .. } => 1,
+                TrueEvent::Merged { .. } => 2,
+                TrueEvent::Died { .. } => 3,
+            };
+            counts[which] += 1;
+        }
+        let happens = counts.map(|count| count >= 4);
+        assert_eq!(happens, counts.map(|count| count > 0), "{}: {counts:?}", kind.name());
+        let expected = match kind {
+            Kind::Pinch => [true, true, false, true],
+            Kind::Fuse => [true, false, true, true],
+            Kind::Open | Kind::Vanish | Kind::Crowd => [true, false, false, true],
+            Kind::Mixed => [true; 4],
+            _ => [false; 4],
+        };
+        assert_eq!(happens, expected, "{}: {counts:?}", kind.name());
+    }
+}
+
+// ---- the points
+
+/// The points of a cloud, in an order of their own.
+fn sorted(points: &[[f64; 2]]) -> Vec<[u64; 2]> {
+    let mut bits: Vec<[u64; 2]> = points.iter().map(|point| point.map(f64::to_bits)).collect();
+    bits.sort_unstable();
+    bits
+}
+
+#[test]
+fn what_changes_leads_from_cloud_to_cloud() {
+    for kind in Kind::ALL {
+        for shuffle in [false, true] {
+            let mut cloud: BTreeMap<[u64; 2], u32> = BTreeMap::new();
+            for frame in play(kind, Options { shuffle, ..Options::default() }, 80) {
+                for point in sorted(&frame.gone) {
+                    let count = cloud.get_mut(&point).unwrap_or_else(|| panic!("frame {}: {point:?}", frame.number));
+                    *count -= 1;
+                }
+                cloud.retain(|_, count| *count > 0);
+                for point in sorted(&frame.come) {
+                    *cloud.entry(point).or_default() += 1;
+                }
+                let held: Vec<[u64; 2]> =
+                    cloud.iter().flat_map(|(&point, &count)| (0..count).map(move |_| point)).collect();
+                assert_eq!(held, sorted(&frame.points), "{} frame {}", kind.name(), frame.number);
+            }
+        }
+    }
+}
+
+#[test]
+fn churn_is_the_share_that_is_drawn_anew() {
+    for churn in [0.01, 0.1, 0.37, 1.0] {
+        let frames = play(Kind::Static, Options { churn, ..Options::default() }, 101);
+        let count = frames[0].points.len() as f64;
+        let changed: usize = frames[1..].iter().map(|frame| frame.gone.len()).sum();
+        // No more than one point of each of the 8 rings is still due.
+        assert!((changed as f64 - 100.0 * churn * count).abs() <= 8.0, "{churn}: {changed} of {count}");
+        assert!(frames[1..].iter().all(|frame| frame.come.len() == frame.gone.len()));
+    }
+}
+
+#[test]
+fn shuffled_points_are_the_same_in_another_order() {
+    let options = Options { churn: 0.3, ..Options::default() };
+    let in_order = play(Kind::Mixed, options, 30);
+    let shuffled = play(Kind::Mixed, Options { shuffle: true, ..options }, 30);
+    for (a, b) in in_order.iter().zip(&shuffled) {
+        assert_eq!((&a.holes, &a.events, a.time), (&b.holes, &b.events, b.time));
+        for (a, b) in [(&a.points, &b.points), (&a.come, &b.come), (&a.gone, &b.gone)] {
+            assert_eq!(sorted(a), sorted(b));
+            assert!(a != b || a.is_empty());
+        }
+    }
+}
+
+#[test]
+fn the_seed_decides_everything() {
+    for kind in Kind::ALL {
+        let options = |seed| Options { seed, shuffle: true, ..Options::default() };
+        assert_eq!(play(kind, options(7), 20), play(kind, options(7), 20));
+        assert_ne!(play(kind, options(7), 1)[0].points, play(kind, options(8), 1)[0].points);
+    }
+}
+
+/// The hash FNV-1a of the points and holes of the first frames, bit for bit: what seeds stand for shall stay, in every
+/// version and on every machine.
+#[test]
+fn scenes_stay_as_they_are() {
+    let digest = |kind| {
+        let numbers = play(kind, Options::default(), 100).into_iter().flat_map(|frame| {
+            let holes = frame.holes.into_iter().map(|hole| hole.center);
+            frame.points.into_iter().chain(holes).flatten().collect::<Vec<_>>()
+        });
+        let bytes = numbers.flat_map(|number: f64| number.to_bits().to_le_bytes());
+        bytes.fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3))
+    };
+    let digests: Vec<String> = Kind::ALL.map(|kind| format!("{} {:016x}", kind.name(), digest(kind))).to_vec();
+    assert_eq!(digests.join("\n"), DIGESTS);
+}
+
+const DIGESTS: &str = "\
+drift 1fc46e8fd0229589
+static 933d226c2bac808f
+pinch e8bd3244ffecc8c1
+fuse 3134105e9c231c39
+open 19bd65334840bd0d
+pass 1e0bbae4675bdbd8
+vanish dfd4230bef2dd13d
+concentric 60e02933debade7f
+polygons bb76f28b72b26746
+occlusion 81ed8953dce99fe9
+crowd ace725f449cab95c
+breathe fdf385b68c08e0c2
+mixed c8758635e4d92898";
+
+#[test]
+fn options_beyond_their_range_are_refused_with_the_range() {
+    let refused = |options: Options| Scene::new(Kind::Drift, options).unwrap_err();
+    let usual = Options::default();
+    for noise in [-0.1, 0.31, f64::NAN, f64::INFINITY] {
+        let error = refused(Options { noise, ..usual });
+        assert!(matches!(error, OptionError::Noise(_)) && error.to_string().contains("take 0 to 0.3"), "{error}");
+    }
+    for churn in [0.0, 0.009, 1.1, f64::NAN] {
+        let error = refused(Options { churn, ..usual });
+        assert!(matches!(error, OptionError::Churn(_)) && error.to_string().contains("take 0.01 to 1"), "{error}");
+    }
+    for points_per_radius in [0, 1, 10_001, u32::MAX] {
+        let error = refused(Options { points_per_radius, ..usual });
+        let words = "take 2 to 10000";
+        assert!(matches!(error, OptionError::PointsPerRadius(_)) && error.to_string().contains(words), "{error}");
+    }
+}
