@@ -153,15 +153,21 @@ fn a_frame_says_in_which_version_it_came() {
 
 /// A daemon that refuses somebody whose banner it has not read yet does so in version 1 (SPEC.md, section 1).
 #[test]
-fn a_frame_of_another_version_can_still_be_read_in_its_own() {
+fn until_a_version_is_agreed_on_all_that_are_spoken_are_read() {
     let mut decoder = Decoder::new(LARGEST_FRAME);
-    decoder.push(&[frame_of(1, 0x0006, &[13, 0, 0]), frame_of(2, 0x0003, &[7])].concat());
-    assert_eq!(decoder.frame(), Err(FrameError::UnsupportedVersion { found: 1, agreed: VERSION }));
-    decoder.set_version(1);
-    let frame = decoder.frame().expect("it is right").expect("it is whole");
+    decoder.push(&[frame_of(1, 0x0006, &[13, 0, 0]), frame_of(2, 0x0003, &[7]), frame_of(1, 0x0003, &[7])].concat());
+    let mut next = || decoder.frame().map(|frame| frame.expect("it is whole"));
     let refused = hopes_protocol::Report { code: 13, answers: 0, text: String::new() };
-    assert_eq!((frame.version, frame.message()), (1, Ok(refused.into())));
-    assert_eq!(decoder.frame(), Err(FrameError::UnsupportedVersion { found: 2, agreed: 1 }));
+    let first = next().expect("it is right");
+    assert_eq!((first.version, first.message()), (1, Ok(refused.into())));
+    assert_eq!(next().map(|frame| frame.version), Ok(2));
+    decoder.set_version(2);
+    assert_eq!(decoder.frame(), Err(FrameError::UnsupportedVersion { found: 1, agreed: 2 }));
+    for found in [0, VERSION + 1, u16::MAX] {
+        let mut decoder = Decoder::new(LARGEST_FRAME);
+        decoder.push(&frame_of(found, 0x0003, &[7]));
+        assert_eq!(decoder.frame(), Err(FrameError::UnsupportedVersion { found, agreed: VERSION }));
+    }
 }
 
 #[test]

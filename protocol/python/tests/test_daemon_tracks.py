@@ -134,6 +134,18 @@ class Tracks(unittest.TestCase):
             frame = next(subscription)
         self.assertEqual((frame.tracks, frame.track_events), ({}, ()))
 
+    def test_another_view(self) -> None:
+        subscription = self.follow("alive")
+        self.show()
+        self.told(subscription, 1)
+        self.stream.commit()
+        self.told(subscription, 2)
+        subscription.change_view(k=1, l=1, simplify=True)
+        self.stream.commit()
+        frame, events = self.told(subscription, 3)
+        self.assertEqual((events, [track.age for track in frame.tracks.values()]), ([], [3]))
+        self.assertEqual(frame.view, hopes.View.of(k=1, l=1, simplify=True))
+
     def test_without_a_subscription(self) -> None:
         connection = self.daemon.connection
         with self.assertRaises(hopes.DaemonError) as caught:
