@@ -2,12 +2,15 @@
 //!
 //! `SPEC.md` beside this crate defines every byte. There is no I/O here: whoever has a socket, a pipe or a file reads bytes, pushes them into a
 //! [`Decoder`] and takes [`Message`]s out of it; what [`encode`] gives is to be written. A [`Mirror`] holds what a consumer knows of a
-//! stream, and proves it.
+//! stream, and proves it; a [`TrackMirror`] holds the stream's tracks.
 //!
 //! ```text
-//! bytes ──▶ Decoder ──▶ (channel, Message) ──▶ Mirror
+//! bytes ──▶ Decoder ──▶ (channel, Message) ──▶ Mirror, TrackMirror
 //! bytes ◀── encode  ◀── (channel, Message)
 //! ```
+//!
+//! It speaks versions 1 and 2; frames carry the version that both sides agreed on, and a message that this version has not is neither read
+//! nor written.
 //!
 //! Must not know: sockets, threads, clocks, geometry.
 //!
@@ -16,7 +19,7 @@
 //!
 //! // A client and a daemon agree on a version...
 //! let mut wire = Banner::OURS.encode().to_vec();
-//! let version = Banner::OURS.agree(Banner { lowest: 1, highest: 7 }).expect("both speak version 1");
+//! let version = Banner::OURS.agree(Banner { lowest: 1, highest: 7 }).expect("both speak version 2");
 //! assert_eq!(version, VERSION);
 //!
 //! // ...and one sends points, which arrive in pieces at the other.
@@ -43,6 +46,7 @@ mod frame;
 mod message;
 mod mirror;
 mod producer;
+mod track_mirror;
 mod tracks;
 mod types;
 
@@ -64,6 +68,7 @@ pub use producer::{
     Accepted, Batch, Close, Closed, Commit, Committed, LISTED_REFUSALS, Open, Opened, Overloaded, Policy, Refusal,
     RefusalCode, Refused, Retract,
 };
+pub use track_mirror::{TrackMirror, TrackMirrorError};
 pub use tracks::{Happening, Track, TrackChanges, TrackCycle, TrackEvent, Tracks, TracksWanted, WantTracks};
 pub use types::{
     Critical, Cut, Dot, DotsWanted, Edge, FrameInfo, LONGEST_NAME, Simplify, Vertex, View, Window, is_name, is_pattern,

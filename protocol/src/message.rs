@@ -1,7 +1,7 @@
 //! Which message has which type, and how one becomes bytes.
 //!
-//! In: a [`Message`] and its channel, or a type and a body. Out: a whole frame, or a message. Invariants: types are never given twice, and never to another message. Must not
-//! know: how fields are written.
+//! In: a [`Message`] and its channel, or a type and a body. Out: a whole frame, or a message. Invariants: types are never given twice, and never to another message; a
+//! version neither reads nor writes messages of a later one. Must not know: how fields are written.
 
 use crate::codec::{self, BodyError, Shared};
 use crate::consumer::*;
@@ -110,14 +110,18 @@ messages! {
 /// The whole frame of a message.
 ///
 /// # Errors
-/// [`BodyError::TooLong`]: it has more than 4 GiB.
+/// [`BodyError::UnknownType`]: the version has no such message. [`BodyError::TooLong`]: it has more than 4 GiB.
 pub fn encode(version: u16, channel: u32, message: &Message) -> Result<Vec<u8>, BodyError> {
+    if version < message.since() {
+        return Err(BodyError::UnknownType { kind: message.kind() });
+    }
     let shared = message.seal()?;
     let header = header(version, shared.kind, channel, shared.length);
     Ok([&header, &*shared.bytes].concat())
 }
 
-/// A message to be sent to many, on a channel of each one's own: after [`header`] with its type and length its bytes follow.
+/// A message to be sent to many, on a channel of each one's own: after [`header`] with its type and length its bytes follow. The body is the same in every version that has
+/// the message, which [`Message::since`] tells.
 ///
 /// # Errors
 /// [`BodyError::TooLong`]: it has more than 4 GiB.

@@ -1,22 +1,26 @@
-//! Version 1 is frozen: the types of the wire are what they were, and SPEC.md says what they are.
+//! Versions are frozen: the types of the wire are what they were, and SPEC.md says what they are.
 //!
-//! In: the sources of the wire types, SPEC.md and samples. Out: whether a fingerprint of the definitions is still the one in SPEC.md, and whether every message, field and case stands there.
-//! Invariants: comments, layout and the order of definitions do not count; names, types and the order of fields and cases do. Must not know: bytes, which the vectors hold still.
+//! In: the sources of the wire types, SPEC.md and samples. Out: whether a fingerprint of the definitions of each version is still the one in SPEC.md, and whether every message, field and case stands there.
+//! Invariants: comments, layout and the order of definitions do not count; names, types and the order of fields and cases do; what begins
+//! with a later version does not count in an earlier one. Must not know: bytes, which the vectors hold still.
 
 mod samples;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use hopes_protocol::Message;
+use hopes_protocol::{Message, VERSION};
+use samples::VERSIONS;
 
 const SPEC: &str = include_str!("../SPEC.md");
 
-const SOURCES: [&str; 5] = [
-    include_str!("../src/types.rs"),
-    include_str!("../src/daemon.rs"),
-    include_str!("../src/producer.rs"),
-    include_str!("../src/consumer.rs"),
-    include_str!("../src/message.rs"),
+/// Sources, and the first version that has what is defined there; the table of messages tells of each itself.
+const SOURCES: [(u16, &str); 6] = [
+    (1, include_str!("../src/types.rs")),
+    (1, include_str!("../src/daemon.rs")),
+    (1, include_str!("../src/producer.rs")),
+    (1, include_str!("../src/consumer.rs")),
+    (1, include_str!("../src/message.rs")),
+    (2, include_str!("../src/tracks.rs")),
 ];
 
 // ---- definitions, out of the sources
@@ -104,7 +108,18 @@ fn definition(head: &str, body: &str) -> Option<Definition> {
 }
 
 fn all_definitions() -> Vec<Definition> {
-    SOURCES.iter().flat_map(|source| definitions(&essence(source))).collect()
+    SOURCES.iter().flat_map(|(_, source)| definitions(&essence(source))).collect()
+}
+
+/// A definition as a version has it: the table of messages without those that begin later.
+fn in_version(version: u16, definition: Definition) -> Definition {
+    if definition.kind != Kind::Table {
+        return definition;
+    }
+    let known = inner(&definition.body).into_iter().map(entry_and_first).filter(|(_, since)| *since <= version);
+    let entries: Vec<String> = known.map(|(entry, _)| entry).collect();
+    let body = format!("{{{}}}", entries.join(","));
+    Definition { text: format!("{}{body}", definition.name), body, ..definition }
 }
 
 /// Those of a kind: name and body.
@@ -113,25 +128,66 @@ fn all(kind: Kind) -> BTreeMap<String, String> {
     of_kind.map(|definition| (definition.name, definition.body)).collect()
 }
 
-/// FNV-1a of all definitions, whatever their order.
-fn fingerprint(sources: &[&str]) -> u64 {
-    let found = sources.iter().flat_map(|source| definitions(&essence(source)));
-    let lines: BTreeSet<String> = found.map(|definition| definition.text + "\n").collect();
+/// An entry of the table of messages, and the first version that has it.
+fn entry_and_first(entry: String) -> (String, u16) {
+    match entry.split_once(")since ") {
+        Some((entry, since)) => (format!("{entry})"), since.parse().expect("a version")),
+        None => (entry, 1),
+    }
+}
+
+/// FNV-1a of all definitions that a version has, whatever their order.
+fn fingerprint(version: u16, sources: &[(u16, &str)]) -> u64 {
+    let known = sources.iter().filter(|(since, _)| *since <= version);
+    let found = known.flat_map(|(_, source)| definitions(&essence(source)));
+    let lines: BTreeSet<String> = found.map(|definition| in_version(version, definition).text + "\n").collect();
     let bytes = lines.iter().flat_map(|line| line.bytes());
     bytes.fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3))
 }
 
 #[test]
-fn the_wire_types_of_version_1_are_what_they_were() {
-    let found = format!("Fingerprint of the wire types of version 1: `{:016x}`.", fingerprint(&SOURCES));
-    assert!(
-        SPEC.trim_end().lines().next_back() == Some(&found),
-        "\nThe definitions of the wire types are not those of version 1.\n\
-         If version 1 is released, undo the change: a released version is never changed. What is new belongs to a new version: a number in \
-         src/banner.rs, types and a table of messages of its own, a section in SPEC.md, a folder vectors/v2, and a fingerprint of its own here.\n\
-         If it is not released yet, or only the Rust name of something has changed that is on no wire: say so in SPEC.md, \
-         and let its last line be\n\n{found}\n"
-    );
+fn the_wire_types_of_each_version_are_what_they_were() {
+    let said: Vec<&str> = SPEC.lines().filter(|line| line.starts_with("Fingerprint")).collect();
+    assert_eq!(said.len(), VERSIONS.len(), "SPEC.md has a fingerprint for each version");
+    for (version, said) in VERSIONS.into_iter().zip(said) {
+        let fingerprint = fingerprint(version, &SOURCES);
+        let found = format!("Fingerprint of the wire types of version {version}: `{fingerprint:016x}`.");
+        assert!(
+            said == found,
+            "\nThe definitions of the wire types are not those of version {version}.\n\
+             If it is released, undo the change: a released version is never changed. What is new belongs to a new version: a number in \
+             src/banner.rs, a source of types and rows with `since` in src/message.rs, a section in SPEC.md, a folder of vectors, and a \
+             fingerprint of its own here.\n\
+             If it is not released yet, or only the Rust name of something has changed that is on no wire: say so in SPEC.md, \
+             and let this line there be\n\n{found}\n"
+        );
+    }
+    assert_eq!(VERSIONS.last(), Some(&VERSION), "the newest one is held as well");
+}
+
+/// Released: whatever else changes, this number is what it was.
+#[test]
+fn the_fingerprint_of_version_1_is_released() {
+    assert_eq!(fingerprint(1, &SOURCES), 0x4fa0_27c6_9f59_74ce);
+}
+
+#[test]
+fn what_begins_later_does_not_change_the_fingerprint_of_a_version() {
+    let print = |version, sources: &[(u16, &str)]| fingerprint(version, sources);
+    let old = [(1, "pub struct A { pub a: u64 } messages! { 0x0001 A(A), 0x0003 C(A), }")];
+    let new = [
+        (1, "pub struct A { pub a: u64 } messages! { 0x0001 A(A), 0x0002 B(B) since 2, 0x0003 C(A), }"),
+        (2, "pub struct B { pub b: u64 }"),
+    ];
+    assert_eq!(print(1, &new), print(1, &old));
+    assert_ne!(print(2, &new), print(2, &old));
+    assert_eq!(print(3, &new), print(2, &new));
+    // One that is moved to another version changes both.
+    let moved =
+        [(1, "pub struct A { pub a: u64 } messages! { 0x0001 A(A), 0x0002 B(B), 0x0003 C(A) since 2, }"), new[1]];
+    assert_ne!(print(1, &moved), print(1, &new));
+    let later = [(1, new[0].1), (3, new[1].1)];
+    assert_ne!(print(2, &later), print(2, &new));
 }
 
 #[test]
@@ -139,7 +195,7 @@ fn comments_and_layout_do_not_change_the_fingerprint() {
     let plain = "pub struct A { pub a: u64, pub b: Vec<(u64, f64)> } pub enum B { C, D(u64) }";
     let other = "//! Header.\n/// Doc, with {.\n#[derive(Clone, Debug)]\npub enum B {\n    /// [C].\n    C, // c\n    D(\n u64,\n ),\n}\n\n\
                  fn helper() { let x = 1; }\n#[derive(Copy)]\npub struct A {\n    pub a: u64,\n    pub b: Vec<(u64, f64)>,\n}\n";
-    assert_eq!(fingerprint(&[plain]), fingerprint(&[other]));
+    assert_eq!(fingerprint(1, &[(1, plain)]), fingerprint(1, &[(1, other)]));
 }
 
 #[test]
@@ -162,7 +218,7 @@ fn whatever_bytes_or_json_depend_on_changes_the_fingerprint() {
     for (from, to) in changes {
         let changed = source.replacen(from, to, 1);
         assert_ne!(source, changed, "{from} stands in the source");
-        assert_ne!(fingerprint(&[source]), fingerprint(&[&changed]), "{from} -> {to}");
+        assert_ne!(fingerprint(1, &[(1, source)]), fingerprint(1, &[(1, &changed)]), "{from} -> {to}");
     }
 }
 
@@ -272,6 +328,16 @@ fn the_spec_lists_every_message() {
     assert_eq!(listed, Message::KINDS);
 }
 
+/// Those of version 2 stand in a section of their own, and the others do not.
+#[test]
+fn the_spec_tells_which_version_has_a_message_first() {
+    let section = between(SPEC, "## 9. Tracks\n\nSince version 2.", "\n## ");
+    for sample in samples::all() {
+        let row = format!("| {:#06X} |", sample.message.kind()).replace("0X", "0x");
+        assert_eq!(section.contains(&row), sample.message.since() == 2, "{}", sample.name);
+    }
+}
+
 #[test]
 fn the_spec_lists_the_fields_of_every_sample() {
     let rows: BTreeMap<u16, Row> = rows().into_iter().map(|row| (row.0, row)).collect();
@@ -292,6 +358,7 @@ fn json_fields(json: &str) -> Vec<String> {
 /// The table of messages as the source has it: name on the wire to type of the body.
 fn bodies() -> BTreeMap<String, String> {
     let entry = |entry: String| {
+        let (entry, _) = entry_and_first(entry);
         let (_, message) = entry.split_once(' ').expect("number and message");
         let (name, body) = message.trim_end_matches(')').split_once('(').expect("name and body");
         (name.to_owned(), body.to_owned())
@@ -310,7 +377,7 @@ fn the_spec_has_the_types_of_all_fields() {
     let of_message: BTreeMap<&String, String> =
         rows().into_iter().map(|(_, name, body)| (&bodies[&name], body)).collect();
     let structs = all(Kind::Struct);
-    assert_eq!(structs.len(), of_message.len() + 7, "so many are no messages");
+    assert_eq!(structs.len(), of_message.len() + 11, "so many are no messages");
     for (name, body) in structs {
         let listed = of_message.get(&name).cloned().unwrap_or_else(|| shared(&rust_type(&name), "{"));
         assert_eq!(fields(&body, rust_type), fields(&listed, spec_type), "{name}");
@@ -335,7 +402,7 @@ fn the_spec_has_every_case_of_every_choice() {
     let mut choices = all(Kind::Enum);
     // Those with numbers of their own are codes.
     choices.retain(|_, body| !body.contains('='));
-    assert_eq!(choices.len(), 6);
+    assert_eq!(choices.len(), 8);
     for (name, body) in choices {
         assert_eq!(spec_cases(&name), inner(&body), "{name}");
     }

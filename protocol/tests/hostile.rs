@@ -1,12 +1,16 @@
 //! Bytes as an enemy, a bad line or a program gone wrong sends them: the decoder refuses them by name, and neither panics nor takes memory that was only announced.
 //!
-//! In: random bytes, and samples with bits flipped, cut off, spliced and with other lengths. Out: whether errors are of the right class. Invariants: what is random is the same at every run. Must
+//! In: random bytes, and samples, all in frames of the newest version, which has all messages, with bits flipped, cut off, spliced and with other lengths. Out: whether errors are of the right class. Invariants: what is random is the same at every run. Must
 //! not know: how bodies are written, but that 253 marks a number of eight bytes.
 
 mod samples;
 
-use hopes_protocol::{Banner, BodyError, Decoder, Frame, FrameError, HEADER, LARGEST_FRAME, Message, encode, header};
-use samples::bad::{frame as sealed, long};
+use std::collections::BTreeSet;
+
+use hopes_protocol::{
+    Banner, BodyError, Decoder, Frame, FrameError, HEADER, LARGEST_FRAME, Message, VERSION, encode, header,
+};
+use samples::bad::{self, frame_of, long};
 use samples::random::Random;
 
 /// What a decoder says of bytes that come at once.
@@ -16,9 +20,14 @@ fn read(bytes: &[u8]) -> Result<Option<Frame>, FrameError> {
     decoder.frame()
 }
 
+/// A frame of the newest version whose outer part is right, whatever its body.
+fn sealed(kind: u16, body: &[u8]) -> Vec<u8> {
+    frame_of(VERSION, kind, body)
+}
+
 /// All samples as whole frames.
 fn frames() -> Vec<Vec<u8>> {
-    let encoded = |sample: samples::Sample| encode(1, sample.channel, &sample.message).expect("it is short");
+    let encoded = |sample: samples::Sample| encode(VERSION, sample.channel, &sample.message).expect("it is short");
     samples::all().into_iter().map(encoded).collect()
 }
 
@@ -28,14 +37,20 @@ fn bodies() -> Vec<(u16, Vec<u8>)> {
     frames().into_iter().map(read).map(|frame| (frame.kind, frame.body)).collect()
 }
 
+/// Bad samples, and the versions that they are wrong in.
+fn all_bad() -> Vec<(u16, bad::Bad)> {
+    let of = |version| bad::of(version).into_iter().map(move |bad| (version, bad));
+    samples::VERSIONS.into_iter().flat_map(of).collect()
+}
+
 /// Reads a body that may be anything. What can be read comes out the same when it is written and read again; all else is refused by name.
 fn read_body(kind: u16, body: &[u8]) -> bool {
-    match Message::decode(kind, body) {
+    match Message::decode(VERSION, kind, body) {
         Ok(message) => {
-            let written = encode(1, 7, &message).expect("it is short");
+            let written = encode(VERSION, 7, &message).expect("it is short");
             let again = read(&written).expect("it is right").expect("it is whole").message().expect("it can be read");
             // By its bytes, since NaN differs from itself.
-            assert_eq!(encode(1, 7, &again).expect("it is short"), written);
+            assert_eq!(encode(VERSION, 7, &again).expect("it is short"), written);
             assert!(written.len() <= HEADER + body.len() + 4, "{kind:#06x} {body:?}");
             true
         }
@@ -45,7 +60,7 @@ fn read_body(kind: u16, body: &[u8]) -> bool {
         }
         Err(BodyError::TrailingBytes { kind: told, extra }) => {
             assert!(told == kind && (1..=body.len()).contains(&extra));
-            Message::decode(kind, &body[..body.len() - extra]).expect("the bytes before are a body");
+            Message::decode(VERSION, kind, &body[..body.len() - extra]).expect("the bytes before are a body");
             false
         }
         Err(error) => panic!("{kind:#06x} is known, and its body short: {error}"),
@@ -85,8 +100,73 @@ fn unknown_types_are_refused_whatever_their_body() {
     for kind in 0..=u16::MAX {
         if Message::KINDS.iter().all(|&(known, _)| known != kind) {
             let count = random.below(16);
-            assert_eq!(Message::decode(kind, &random.bytes(count)), Err(BodyError::UnknownType { kind }));
+            assert_eq!(Message::decode(VERSION, kind, &random.bytes(count)), Err(BodyError::UnknownType { kind }));
         }
+    }
+}
+
+/// Messages that version 1 has not.
+const OF_VERSION_2: [u16; 2] = [0x020D, 0x020E];
+
+#[test]
+fn a_version_neither_reads_nor_writes_messages_of_a_later_one() {
+    let mut refused = BTreeSet::new();
+    for sample in samples::all() {
+        let kind = sample.message.kind();
+        let unknown = BodyError::UnknownType { kind };
+        let Frame { body, .. } = read(&encode(VERSION, 7, &sample.message).expect("it is short"))
+            .expect("it is right")
+            .expect("it is whole");
+        let is_later = OF_VERSION_2.contains(&kind);
+        assert_eq!(sample.message.since(), if is_later { 2 } else { 1 }, "{}", sample.name);
+        for version in 0..=VERSION + 1 {
+            let is_known = version >= sample.message.since();
+            let expected = if is_known { Ok(sample.message.clone()) } else { Err(unknown.clone()) };
+            assert_eq!(Message::decode(version, kind, &body), expected, "{} in version {version}", sample.name);
+            let written = if is_known { Ok(frame_of(version, kind, &body)) } else { Err(unknown.clone()) };
+            assert_eq!(encode(version, 7, &sample.message), written, "{} in version {version}", sample.name);
+        }
+        // The frame is right, whatever it holds: only what it says is not known.
+        let mut decoder = Decoder::new(LARGEST_FRAME);
+        decoder.set_version(1);
+        decoder.push(&frame_of(1, kind, &body));
+        let frame = decoder.frame().expect("the frame is right").expect("it is whole");
+        assert_eq!(frame.message().err(), is_later.then_some(unknown), "{}", sample.name);
+        refused.extend(is_later.then_some(kind));
+    }
+    assert_eq!(refused, BTreeSet::from(OF_VERSION_2), "all of them were tried");
+}
+
+#[test]
+fn a_frame_says_in_which_version_it_came() {
+    for agreed in samples::VERSIONS {
+        for found in samples::VERSIONS {
+            let mut decoder = Decoder::new(LARGEST_FRAME);
+            decoder.set_version(agreed);
+            decoder.push(&frame_of(found, 0x0003, &[7]));
+            let right = Frame { version: found, channel: 7, kind: 0x0003, body: vec![7] };
+            let wrong = FrameError::UnsupportedVersion { found, agreed };
+            assert_eq!(decoder.frame(), if found == agreed { Ok(Some(right)) } else { Err(wrong) });
+        }
+    }
+}
+
+/// A daemon that refuses somebody whose banner it has not read yet does so in version 1 (SPEC.md, section 1).
+#[test]
+fn until_a_version_is_agreed_on_all_that_are_spoken_are_read() {
+    let mut decoder = Decoder::new(LARGEST_FRAME);
+    decoder.push(&[frame_of(1, 0x0006, &[13, 0, 0]), frame_of(2, 0x0003, &[7]), frame_of(1, 0x0003, &[7])].concat());
+    let mut next = || decoder.frame().map(|frame| frame.expect("it is whole"));
+    let refused = hopes_protocol::Report { code: 13, answers: 0, text: String::new() };
+    let first = next().expect("it is right");
+    assert_eq!((first.version, first.message()), (1, Ok(refused.into())));
+    assert_eq!(next().map(|frame| frame.version), Ok(2));
+    decoder.set_version(2);
+    assert_eq!(decoder.frame(), Err(FrameError::UnsupportedVersion { found: 1, agreed: 2 }));
+    for found in [0, VERSION + 1, u16::MAX] {
+        let mut decoder = Decoder::new(LARGEST_FRAME);
+        decoder.push(&frame_of(found, 0x0003, &[7]));
+        assert_eq!(decoder.frame(), Err(FrameError::UnsupportedVersion { found, agreed: VERSION }));
     }
 }
 
@@ -94,7 +174,7 @@ fn unknown_types_are_refused_whatever_their_body() {
 fn a_body_cut_off_anywhere_is_refused() {
     for (kind, body) in bodies() {
         for length in 0..body.len() {
-            let read = Message::decode(kind, &body[..length]);
+            let read = Message::decode(VERSION, kind, &body[..length]);
             assert!(matches!(read, Err(BodyError::Malformed { .. })), "{kind:#06x} cut after {length}: {read:?}");
         }
     }
@@ -106,7 +186,7 @@ fn a_body_that_goes_on_is_refused() {
     for (kind, body) in bodies() {
         for extra in 1..20 {
             let longer = [body.clone(), random.bytes(extra)].concat();
-            assert_eq!(Message::decode(kind, &longer), Err(BodyError::TrailingBytes { kind, extra }));
+            assert_eq!(Message::decode(VERSION, kind, &longer), Err(BodyError::TrailingBytes { kind, extra }));
         }
     }
 }
@@ -263,7 +343,7 @@ fn lengths_are_held_against_the_cap_before_the_body_comes() {
     for _ in 0..100_000 {
         let (length, largest) = (random.word() as u32 >> random.below(32), random.word() as u32 >> random.below(32));
         let mut decoder = Decoder::new(largest);
-        decoder.push(&header(1, 0x0103, 7, length));
+        decoder.push(&header(VERSION, 0x0103, 7, length));
         let expected = if length > largest { Err(FrameError::TooLarge { length, largest }) } else { Ok(None) };
         assert_eq!(decoder.frame(), expected);
     }
@@ -281,7 +361,7 @@ fn frames_as_large_as_the_cap_are_taken() {
 
 #[test]
 fn other_versions_are_refused_whatever_their_length() {
-    for agreed in [1, 2, 513] {
+    for agreed in [1, 2, 3, 513] {
         for found in (0..1_000).chain([0xFF00, u16::MAX]) {
             let mut decoder = Decoder::new(16);
             decoder.set_version(agreed);
@@ -296,12 +376,11 @@ fn other_versions_are_refused_whatever_their_length() {
 
 #[test]
 fn after_an_error_the_stream_is_lost() {
-    let good = sealed(0x0003, &[7]);
-    for bad in samples::bad::all()
-        .into_iter()
-        .filter(|bad| ![samples::bad::BODY, samples::bad::INCOMPLETE].contains(&bad.refusal.error.as_str()))
-    {
+    let is_fatal = |bad: &bad::Bad| ![bad::BODY, bad::INCOMPLETE].contains(&bad.refusal.error.as_str());
+    for (version, bad) in all_bad().into_iter().filter(|(_, bad)| is_fatal(bad)) {
+        let good = frame_of(version, 0x0003, &[7]);
         let mut decoder = Decoder::new(LARGEST_FRAME);
+        decoder.set_version(version);
         decoder.push(&good);
         decoder.push(&bad.bytes);
         assert!(matches!(decoder.frame(), Ok(Some(_))), "what came before is good");
@@ -313,9 +392,10 @@ fn after_an_error_the_stream_is_lost() {
 
 #[test]
 fn after_a_body_that_cannot_be_read_the_stream_goes_on() {
-    let good = sealed(0x0003, &[7]);
-    for bad in samples::bad::all().into_iter().filter(|bad| bad.refusal.error == samples::bad::BODY) {
+    for (version, bad) in all_bad().into_iter().filter(|(_, bad)| bad.refusal.error == bad::BODY) {
+        let good = frame_of(version, 0x0003, &[7]);
         let mut decoder = Decoder::new(LARGEST_FRAME);
+        decoder.set_version(version);
         decoder.push(&[bad.bytes, good.clone()].concat());
         let frame = decoder.frame().expect("the frame is right").expect("it is whole");
         assert!(frame.message().is_err(), "{}", bad.name);
@@ -355,11 +435,11 @@ mod memory {
         bodies.iter().for_each(|(kind, body)| assert!(read_body(*kind, body)));
         let before = peak_of_memory();
         for (kind, body) in &hostile {
-            let _ = black_box(Message::decode(*kind, body));
+            let _ = black_box(Message::decode(VERSION, *kind, body));
         }
         for length in [0, 1 << 20, LARGEST_FRAME, u32::MAX] {
             let mut decoder = Decoder::new(u32::MAX);
-            decoder.push(&header(1, 0x0103, 7, length));
+            decoder.push(&header(VERSION, 0x0103, 7, length));
             assert_eq!(black_box(&mut decoder).frame(), Ok(None));
         }
         let grown = peak_of_memory() - before;
@@ -368,7 +448,7 @@ mod memory {
             let mut body = [before, &long(1 << 36)].concat();
             body.resize(16 << 20, 7);
             let before = peak_of_memory();
-            assert!(black_box(Message::decode(kind, &body)).is_err());
+            assert!(black_box(Message::decode(VERSION, kind, &body)).is_err());
             let grown = peak_of_memory() - before;
             assert!(grown <= ALLOWED, "{grown} bytes for a body of 16 MiB that announces 64 GiB");
         }

@@ -1,13 +1,15 @@
 //! A second reader and writer of the protocol, which shares no line with the crate: types of its own, another codec, frames by hand.
 //!
-//! In: `vectors/v1`. Out: whether both JSON to bytes and bytes to JSON come out as they stand there. Invariants: definitions follow SPEC.md; the crate's types
+//! In: `vectors/v1` and `vectors/v2`. Out: whether both JSON to bytes and bytes to JSON come out as they stand there. Invariants: definitions follow SPEC.md; the crate's types
 //! are used for numbers that JSON has not, and only there. So a mistake in the crate that its own tests repeat shows here.
 
 mod samples;
 
 use std::fmt::Debug;
+use std::path::PathBuf;
 
 use hopes_protocol::{HEADER, Message};
+use samples::VERSIONS;
 use samples::bad::{self, crc32c, frame, long};
 use samples::files::{self, bad_folder, folder};
 use samples::json::{Entry, pretty};
@@ -117,6 +119,8 @@ bodies! {
     Lagged 0x020A Lagged,
     Resumed 0x020B Resumed,
     Unsubscribed 0x020C Unsubscribed,
+    WantTracks 0x020D WantTracks,
+    Tracks 0x020E Tracks,
     Elapsed 0x0F01 Elapsed,
 }
 
@@ -441,21 +445,88 @@ wire! {
     }
 }
 
+// ---- tracks
+
+wire! {
+    enum TracksWanted {
+        No,
+        Events,
+        Alive,
+        Cycles,
+    }
+
+    struct WantTracks {
+        tracks: TracksWanted,
+    }
+
+    struct Track {
+        id: u64,
+        age: u64,
+        birth: f64,
+        death: f64,
+        center: (f64, f64),
+        radius: f64,
+        area: f64,
+        velocity: (f64, f64),
+        selected: bool,
+    }
+
+    struct TrackChanges {
+        center: bool,
+        birth: bool,
+        death: bool,
+    }
+
+    enum Happening {
+        Born,
+        Split(u64),
+        Updated(TrackChanges),
+        Unselected,
+        Reselected,
+        Merged(u64),
+        Died,
+    }
+
+    struct TrackEvent {
+        frame: u64,
+        time: Option<f64>,
+        happening: Happening,
+        track: Track,
+    }
+
+    struct TrackCycle {
+        id: u64,
+        walks: Vec<Vec<u64>>,
+    }
+
+    struct Tracks {
+        stream: u32,
+        from: u64,
+        frame: u64,
+        time: Option<f64>,
+        events: Vec<TrackEvent>,
+        alive: Option<Vec<Track>>,
+        cycles: Vec<TrackCycle>,
+    }
+}
+
 // ---- frames by hand
 
-/// Type, channel and body of a whole frame of version 1.
-fn parts(bytes: &[u8]) -> (u16, u32, &[u8]) {
+/// Type, channel and body of a whole frame of a version.
+fn parts(version: u16, bytes: &[u8]) -> (u16, u32, &[u8]) {
     let short = |at: usize| u16::from_le_bytes(bytes[at..at + 2].try_into().expect("two bytes"));
     let long = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
-    assert_eq!((&bytes[..4], short(4), long(16)), (&b"hopF"[..], 1, crc32c(&bytes[..16])), "magic, version and CRC");
+    let head = (&b"hopF"[..], version, crc32c(&bytes[..16]));
+    assert_eq!((&bytes[..4], short(4), long(16)), head, "magic, version and CRC");
     let end = 20 + long(12) as usize;
     assert_eq!((bytes.len(), long(end)), (end + 4, crc32c(&bytes[20..end])), "length and CRC of the body");
     (short(6), long(8), &bytes[20..end])
 }
 
-fn whole(number: u16, channel: u32, body: &[u8]) -> Vec<u8> {
+fn whole(version: u16, number: u16, channel: u32, body: &[u8]) -> Vec<u8> {
     let length = u32::try_from(body.len()).expect("it is short");
-    let mut bytes = b"hopF\x01\x00".to_vec();
+    let mut bytes = b"hopF".to_vec();
+    bytes.extend(version.to_le_bytes());
     bytes.extend(number.to_le_bytes());
     bytes.extend(channel.to_le_bytes());
     bytes.extend(length.to_le_bytes());
@@ -465,8 +536,10 @@ fn whole(number: u16, channel: u32, body: &[u8]) -> Vec<u8> {
     bytes
 }
 
-fn messages() -> Vec<String> {
-    files::vectors(&folder()).into_iter().filter(|name| name != "banner").collect()
+/// Version, folder and name of every vector of a message.
+fn messages() -> Vec<(u16, PathBuf, String)> {
+    let of = |version| files::vectors(&folder(version)).into_iter().map(move |name| (version, folder(version), name));
+    VERSIONS.into_iter().flat_map(of).filter(|(_, _, name)| name != "banner").collect()
 }
 
 #[test]
@@ -482,39 +555,41 @@ fn the_second_crc_is_castagnolis() {
 
 #[test]
 fn the_second_codec_reads_every_vector() {
-    for name in messages() {
-        let bytes = files::bytes(&folder(), &name);
-        let (number, channel, body) = parts(&bytes);
+    for (version, folder, name) in messages() {
+        let bytes = files::bytes(&folder, &name);
+        let (number, channel, body) = parts(version, &bytes);
         let read = to_json(number, channel, body).unwrap_or_else(|error| panic!("{name}: {error}"));
-        assert_eq!(read, files::read(&folder(), &format!("{name}.json")), "{name}");
+        assert_eq!(read, files::read(&folder, &format!("{name}.json")), "{name}");
     }
 }
 
 #[test]
 fn the_second_codec_writes_every_vector() {
-    for name in messages() {
-        let text = files::read(&folder(), &format!("{name}.json"));
+    for (version, folder, name) in messages() {
+        let text = files::read(&folder, &format!("{name}.json"));
         let head: Entry<serde_json::Value> = serde_json::from_str(&text).expect("it is JSON");
-        let written = whole(head.number, head.channel, &to_bytes(&head.name, &text));
-        assert_eq!(files::hex(&written), files::read(&folder(), &format!("{name}.hex")), "{name}");
+        let written = whole(version, head.number, head.channel, &to_bytes(&head.name, &text));
+        assert_eq!(files::hex(&written), files::read(&folder, &format!("{name}.hex")), "{name}");
     }
 }
 
 /// Of every vector of a body that cannot be read but those of unknown types, which have no reader here either.
 #[test]
 fn the_second_codec_refuses_the_same_bodies() {
-    let mut refused = 0;
-    for name in files::vectors(&bad_folder()) {
-        let text = files::read(&bad_folder(), &format!("{name}.json"));
-        let refusal: bad::Refusal = serde_json::from_str(&text).expect("it is JSON");
-        if refusal.error == bad::BODY {
-            let bytes = files::bytes(&bad_folder(), &name);
-            let (number, channel, body) = parts(&bytes);
-            assert!(to_json(number, channel, body).is_err(), "{name}: {}", refusal.why);
-            refused += 1;
+    for (version, at_least) in VERSIONS.into_iter().zip([30, 20]) {
+        let (folder, mut refused) = (bad_folder(version), 0);
+        for name in files::vectors(&folder) {
+            let text = files::read(&folder, &format!("{name}.json"));
+            let refusal: bad::Refusal = serde_json::from_str(&text).expect("it is JSON");
+            if refusal.error == bad::BODY {
+                let bytes = files::bytes(&folder, &name);
+                let (number, channel, body) = parts(version, &bytes);
+                assert!(to_json(number, channel, body).is_err(), "{name}: {}", refusal.why);
+                refused += 1;
+            }
         }
+        assert!(refused > at_least, "only {refused} of version {version} were there");
     }
-    assert!(refused > 30, "only {refused} were there");
 }
 
 /// JSON has no such numbers, but a producer may send them.
@@ -527,7 +602,7 @@ fn both_codecs_carry_numbers_that_are_none() {
     let second = Batch { sequence: 1, points, times: odd.to_vec(), tags: vec![] };
     let bytes = second.to_bytes();
     assert_eq!(hopes_protocol::encode(1, 7, &first.into()).expect("it is short"), frame(0x0103, &bytes));
-    let Ok(Message::Batch(read)) = Message::decode(0x0103, &bytes) else { panic!("the first codec reads it") };
+    let Ok(Message::Batch(read)) = Message::decode(1, 0x0103, &bytes) else { panic!("the first codec reads it") };
     let read_again = Batch::from_bytes(&bytes).expect("the second codec reads it");
     for times in [read.times, read_again.times] {
         assert_eq!(times.into_iter().map(f64::to_bits).collect::<Vec<_>>(), bits);
@@ -542,13 +617,13 @@ fn both_codecs_write_long_lists_alike() {
         let first = hopes_protocol::Batch { sequence: 9, points: vec![], times: vec![], tags: tags.clone() };
         let body = Batch { sequence: 9, points: vec![], times: vec![], tags }.to_bytes();
         assert_eq!(hopes_protocol::encode(1, 7, &first.clone().into()).expect("it is short"), frame(0x0103, &body));
-        assert_eq!(Message::decode(0x0103, &body), Ok(first.into()));
+        assert_eq!(Message::decode(1, 0x0103, &body), Ok(first.into()));
 
         let pattern = "é".repeat(length as usize);
         let first = hopes_protocol::ListStreams { pattern: pattern.clone() };
         let body = ListStreams { pattern }.to_bytes();
         assert_eq!(hopes_protocol::encode(1, 7, &first.clone().into()).expect("it is short"), frame(0x0007, &body));
-        assert_eq!(Message::decode(0x0007, &body), Ok(first.into()));
+        assert_eq!(Message::decode(1, 0x0007, &body), Ok(first.into()));
     }
 }
 
@@ -556,12 +631,12 @@ fn both_codecs_write_long_lists_alike() {
 #[test]
 fn both_codecs_read_numbers_that_are_longer_than_need_be() {
     for body in [long(7), vec![252, 7, 0, 0, 0], vec![251, 7, 0], vec![7]] {
-        assert_eq!(Message::decode(0x0003, &body), Ok(hopes_protocol::Ping { token: 7 }.into()));
+        assert_eq!(Message::decode(1, 0x0003, &body), Ok(hopes_protocol::Ping { token: 7 }.into()));
         assert_eq!(Ping::from_bytes(&body).expect("it is read").token, 7);
     }
 }
 
 #[test]
 fn the_header_is_as_long_as_by_hand() {
-    assert_eq!(whole(1, 2, &[]).len(), HEADER + 4);
+    assert_eq!(whole(2, 1, 2, &[]).len(), HEADER + 4);
 }

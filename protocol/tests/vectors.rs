@@ -1,84 +1,117 @@
 //! The golden vectors: every message as bytes and as JSON, for clients in any language.
 //!
-//! In: `vectors/v1`, and the samples that they were made from. Out: whether bytes and JSON say the same, in both directions, and whether nothing is missing or left over. Invariants: a vector
+//! In: a folder of vectors for each version, and the samples that they were made from. Out: whether bytes and JSON say the same, in both directions, and whether nothing is missing or left over. Invariants: a vector
 //! that was written is never changed.
 
 mod samples;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use hopes_protocol::{Banner, Decoder, FrameError, LARGEST_FRAME, Message, Mirror, VERSION, encode};
+use hopes_protocol::{Banner, Decoder, FrameError, LARGEST_FRAME, Message, Mirror, TrackMirror, VERSION, encode};
+use samples::VERSIONS;
 use samples::bad::{self, Refusal};
 use samples::files::{self, bad_folder, folder};
 use samples::json::{self, BannerEntry};
 use serde_json::Value;
 
-/// All vectors of messages by name.
-fn messages() -> Vec<String> {
-    files::vectors(&folder()).into_iter().filter(|name| name != "banner").collect()
+/// All vectors of messages by version and name.
+fn messages() -> Vec<(u16, String)> {
+    let of = |version| files::vectors(&folder(version)).into_iter().map(move |name| (version, name));
+    VERSIONS.into_iter().flat_map(of).filter(|(_, name)| name != "banner").collect()
 }
 
-/// What a vector's bytes say.
-fn decoded(name: &str) -> (u32, Message) {
+/// What a vector's bytes say where its version was agreed on.
+fn decoded(version: u16, name: &str) -> (u32, Message) {
     let mut decoder = Decoder::new(LARGEST_FRAME);
-    decoder.push(&files::bytes(&folder(), name));
+    decoder.set_version(version);
+    decoder.push(&files::bytes(&folder(version), name));
     let frame = decoder.frame().unwrap_or_else(|error| panic!("{name}: {error}")).expect("it is whole");
     assert!(!decoder.is_within_frame(), "{name} goes on after its frame");
+    assert_eq!(frame.version, version, "{name}");
     (frame.channel, frame.message().unwrap_or_else(|error| panic!("{name}: {error}")))
 }
 
-fn banner() -> BannerEntry {
-    BannerEntry { name: "Banner".into(), lowest: Banner::OURS.lowest, highest: Banner::OURS.highest }
+/// Of a side that speaks this version and all before.
+fn banner(version: u16) -> Banner {
+    Banner { lowest: 1, highest: version }
+}
+
+fn banner_entry(version: u16) -> BannerEntry {
+    let Banner { lowest, highest } = banner(version);
+    BannerEntry { name: "Banner".into(), lowest, highest }
 }
 
 #[test]
 fn every_vector_decodes_to_its_json() {
-    for name in messages() {
-        let (channel, message) = decoded(&name);
-        assert_eq!(json::of(channel, &message), files::read(&folder(), &format!("{name}.json")), "{name}");
+    for (version, name) in messages() {
+        let (channel, message) = decoded(version, &name);
+        assert_eq!(json::of(channel, &message), files::read(&folder(version), &format!("{name}.json")), "{name}");
     }
 }
 
 #[test]
 fn every_json_encodes_to_the_bytes_beside_it() {
-    for name in messages() {
-        let (channel, message) = json::read(&files::read(&folder(), &format!("{name}.json")));
-        let bytes = encode(VERSION, channel, &message).expect("it is short");
-        assert_eq!(files::hex(&bytes), files::read(&folder(), &format!("{name}.hex")), "{name}");
+    for (version, name) in messages() {
+        let (channel, message) = json::read(&files::read(&folder(version), &format!("{name}.json")));
+        let bytes = encode(version, channel, &message).expect("it is short");
+        assert_eq!(files::hex(&bytes), files::read(&folder(version), &format!("{name}.hex")), "{name}");
     }
 }
 
 #[test]
 fn every_sample_encodes_to_its_vector() {
     for sample in samples::all() {
-        let bytes = encode(VERSION, sample.channel, &sample.message).expect("it is short");
-        let vector = files::read(&folder(), &format!("{}.hex", sample.name));
+        let bytes = encode(sample.version, sample.channel, &sample.message).expect("it is short");
+        let vector = files::read(&folder(sample.version), &format!("{}.hex", sample.name));
         assert_eq!(files::hex(&bytes), vector, "{}", sample.name);
-        assert_eq!(decoded(sample.name), (sample.channel, sample.message), "{}", sample.name);
+        assert_eq!(decoded(sample.version, sample.name), (sample.channel, sample.message), "{}", sample.name);
     }
 }
 
 #[test]
-fn the_banner_has_a_vector() {
-    let entry: BannerEntry = serde_json::from_str(&files::read(&folder(), "banner.json")).expect("it is JSON");
-    let written = Banner { lowest: entry.lowest, highest: entry.highest };
-    assert_eq!(json::pretty(&entry), json::pretty(&banner()));
-    assert_eq!(files::hex(&written.encode()), files::read(&folder(), "banner.hex"));
-    assert_eq!(Banner::decode(&files::bytes(&folder(), "banner")), Ok(written));
+fn the_banner_of_each_version_has_a_vector() {
+    for version in VERSIONS {
+        let folder = folder(version);
+        let entry: BannerEntry = serde_json::from_str(&files::read(&folder, "banner.json")).expect("it is JSON");
+        let written = Banner { lowest: entry.lowest, highest: entry.highest };
+        assert_eq!(json::pretty(&entry), json::pretty(&banner_entry(version)));
+        assert_eq!(files::hex(&written.encode()), files::read(&folder, "banner.hex"));
+        assert_eq!(Banner::decode(&files::bytes(&folder, "banner")), Ok(written));
+        assert_eq!(Banner::OURS.agree(written), Ok(version));
+    }
+    assert_eq!(banner(VERSION), Banner::OURS);
 }
 
 #[test]
 fn every_type_of_message_has_a_vector() {
-    let found: BTreeSet<u16> = messages().iter().map(|name| decoded(name).1.kind()).collect();
+    let in_its_own = |(version, name): &(u16, String)| {
+        let message = decoded(*version, name).1;
+        (message.since() == *version).then_some(message.kind())
+    };
+    let found: BTreeSet<u16> = messages().iter().filter_map(in_its_own).collect();
     for (number, name) in Message::KINDS {
-        assert!(found.contains(number), "{name} ({number:#06x}) has no vector");
+        assert!(found.contains(number), "{name} ({number:#06x}) has no vector in the first version that has it");
     }
+}
+
+/// What a version takes over is the same in both: only the frame's version, and so the header's CRC, differ.
+#[test]
+fn a_message_of_version_1_has_the_same_body_in_version_2() {
+    let older: Vec<String> = files::vectors(&folder(1)).into_iter().filter(|name| name != "banner").collect();
+    for name in &older {
+        let (channel, message) = decoded(1, name);
+        let (first, second) = (files::bytes(&folder(1), name), encode(2, channel, &message).expect("it is short"));
+        assert_eq!((&first[..4], &first[6..16], &first[20..]), (&second[..4], &second[6..16], &second[20..]), "{name}");
+        assert_eq!((&first[4..6], &second[4..6]), (&[1, 0][..], &[2, 0][..]), "{name}");
+    }
+    let taken_over = |(version, name): &(u16, String)| *version == 2 && decoded(2, name).1.since() == 1;
+    assert!(older.len() > 70 && messages().iter().any(taken_over), "one of them has a vector");
 }
 
 /// Debug forms name the field too, and so tell the `All` of a window from that of the dots.
 #[test]
 fn every_case_of_every_choice_has_a_vector() {
-    let found: String = messages().iter().map(|name| format!("{:?}\n", decoded(name).1)).collect();
+    let found: String = messages().iter().map(|(version, name)| format!("{:?}\n", decoded(*version, name).1)).collect();
     let cases = [
         "window: All, window: Points( window: Frames( window: Time( window: None",
         "window: Some(All) window: Some(Points( window: Some(Frames( window: Some(Time(",
@@ -86,6 +119,9 @@ fn every_case_of_every_choice_has_a_vector() {
         "dots: No dots: Top( dots: All resume: None resume: Some( time: None time: Some( ds: None ds: Some(",
         "vs: None vs: Some( resolution: None resolution: Some( created: true created: false end: true end: false",
         "cause: Start cause: ViewChanged cause: Lagged cause: CannotResume policy: DropOldest policy: DropNewest",
+        "tracks: No tracks: Events tracks: Alive tracks: Cycles alive: None alive: Some( selected: true selected: false",
+        "happening: Born happening: Split( happening: Updated( happening: Unselected happening: Reselected",
+        "happening: Merged( happening: Died center: true center: false birth: true birth: false death: true death: false",
     ];
     let words = cases.iter().flat_map(|line| line.split(' ')).collect::<Vec<_>>();
     for case in words.chunks(2).map(|pair| pair.join(" ")) {
@@ -105,9 +141,9 @@ fn every_list_has_an_empty_and_another_vector() {
         }
     }
     // These are pairs, no lists.
-    other.retain(|(_, path)| ![".edge", ".center", ".Derived"].iter().any(|pair| path.ends_with(pair)));
+    other.retain(|(_, path)| ![".edge", ".center", ".velocity", ".Derived"].iter().any(|pair| path.ends_with(pair)));
     assert_eq!(empty, other);
-    assert_eq!(empty.len(), 22, "{empty:?}");
+    assert_eq!(empty.len(), 27, "{empty:?}");
 }
 
 /// Two fields that were equal in all vectors of their message could be exchanged, and nobody would see it.
@@ -146,7 +182,8 @@ fn collect(path: String, value: Value, into: &mut Vec<(String, Value)>) {
         }
         Value::Array(mut list) => {
             into.push((path.clone(), Value::Array(list.clone())));
-            if list.first().is_some_and(Value::is_object) {
+            // Cycles are lists of lists; all other elements that are arrays are pairs and the like.
+            if list.first().is_some_and(|first| first.is_object() || path.ends_with(".walks")) {
                 collect(format!("{path}[]"), list.swap_remove(0), into);
             }
         }
@@ -156,9 +193,11 @@ fn collect(path: String, value: Value, into: &mut Vec<(String, Value)>) {
 
 #[test]
 fn every_file_belongs_to_a_sample() {
-    let of_samples = samples::all().into_iter().map(|sample| sample.name);
-    assert_eq!(files::names(&folder()), both(of_samples.chain(["banner"])));
-    assert_eq!(files::names(&bad_folder()), both(bad::all().into_iter().map(|bad| bad.name)));
+    for version in VERSIONS {
+        let of_samples = samples::of(version).into_iter().map(|sample| sample.name);
+        assert_eq!(files::names(&folder(version)), both(of_samples.chain(["banner"])));
+        assert_eq!(files::names(&bad_folder(version)), both(bad::of(version).into_iter().map(|bad| bad.name)));
+    }
 }
 
 /// The two files of each name; no name may be there twice.
@@ -177,7 +216,7 @@ fn the_vectors_of_a_story_lead_from_one_to_the_next() {
     for story in [&["snapshot", "diff", "diff_onwards"][..], &["diff_from_nothing", "diff_merged"]] {
         let mut mirror = Mirror::new();
         for name in story {
-            let applied = match decoded(name).1 {
+            let applied = match decoded(1, name).1 {
                 Message::Snapshot(snapshot) => mirror.apply_snapshot(&snapshot),
                 Message::Diff(diff) => mirror.apply_diff(&diff),
                 other => panic!("{name} is no part of a story: {other:?}"),
@@ -187,9 +226,22 @@ fn the_vectors_of_a_story_lead_from_one_to_the_next() {
     }
 }
 
+#[test]
+fn the_vectors_of_a_story_of_tracks_lead_from_one_to_the_next() {
+    for story in [&["tracks_start", "tracks", "tracks_merged"][..], &["tracks_start_events", "tracks_events"]] {
+        let mut mirror = TrackMirror::new();
+        for name in story {
+            let Message::Tracks(tracks) = decoded(2, name).1 else { panic!("{name} tells of no tracks") };
+            assert_eq!(mirror.apply(&tracks), Ok(()), "{name}");
+            assert_eq!(mirror.frame(), tracks.frame, "{name}");
+        }
+    }
+}
+
 /// What a reader says of bytes, in the words of the vectors.
-fn class(bytes: &[u8]) -> &'static str {
+fn class(version: u16, bytes: &[u8]) -> &'static str {
     let mut decoder = Decoder::new(LARGEST_FRAME);
+    decoder.set_version(version);
     decoder.push(bytes);
     match decoder.frame() {
         Err(FrameError::Malformed(_)) => bad::MALFORMED,
@@ -205,23 +257,30 @@ fn class(bytes: &[u8]) -> &'static str {
 
 #[test]
 fn bad_vectors_are_refused_as_they_say() {
-    let names = files::vectors(&bad_folder());
-    for name in &names {
-        let refusal: Refusal =
-            serde_json::from_str(&files::read(&bad_folder(), &format!("{name}.json"))).expect("it is JSON");
-        assert_eq!(class(&files::bytes(&bad_folder(), name)), refusal.error, "{name}: {}", refusal.why);
-    }
-    let classes: BTreeSet<&str> = names.iter().map(|name| class(&files::bytes(&bad_folder(), name))).collect();
     let all = [bad::MALFORMED, bad::VERSION, bad::TOO_LARGE, bad::INCOMPLETE, bad::BODY];
-    assert_eq!(classes, BTreeSet::from(all), "each class has a vector");
+    // Later versions have what is new in them: all else is wrong in the same way.
+    for (version, classes) in VERSIONS.into_iter().zip([&all[..], &[bad::VERSION, bad::BODY]]) {
+        let folder = bad_folder(version);
+        let mut found = BTreeSet::new();
+        for name in files::vectors(&folder) {
+            let text = files::read(&folder, &format!("{name}.json"));
+            let refusal: Refusal = serde_json::from_str(&text).expect("it is JSON");
+            let class = class(version, &files::bytes(&folder, &name));
+            assert_eq!(class, refusal.error, "{name}: {}", refusal.why);
+            found.insert(class);
+        }
+        assert_eq!(found, classes.iter().copied().collect(), "each class has a vector");
+    }
 }
 
 #[test]
 fn bad_samples_are_their_vectors() {
-    for bad in bad::all() {
-        assert_eq!(files::hex(&bad.bytes), files::read(&bad_folder(), &format!("{}.hex", bad.name)), "{}", bad.name);
-        let text = files::read(&bad_folder(), &format!("{}.json", bad.name));
-        assert_eq!(json::pretty(&bad.refusal), text, "{}", bad.name);
+    for (folder, all) in VERSIONS.map(|version| (bad_folder(version), bad::of(version))) {
+        for bad in all {
+            assert_eq!(files::hex(&bad.bytes), files::read(&folder, &format!("{}.hex", bad.name)), "{}", bad.name);
+            let text = files::read(&folder, &format!("{}.json", bad.name));
+            assert_eq!(json::pretty(&bad.refusal), text, "{}", bad.name);
+        }
     }
 }
 
@@ -240,15 +299,20 @@ fn a_vector_is_never_overwritten() {
 #[test]
 #[ignore = "writes into the source tree: cargo test -p hopes-protocol --test vectors -- --ignored write_vectors"]
 fn write_vectors() {
-    let mut texts = vec![(folder(), "banner", files::hex(&Banner::OURS.encode()), json::pretty(&banner()))];
-    for sample in samples::all() {
-        let bytes = encode(VERSION, sample.channel, &sample.message).expect("it is short");
-        texts.push((folder(), sample.name, files::hex(&bytes), json::of(sample.channel, &sample.message)));
+    let mut texts = Vec::new();
+    for version in VERSIONS {
+        let (folder, bad_folder) = (folder(version), bad_folder(version));
+        let banner = (files::hex(&banner(version).encode()), json::pretty(&banner_entry(version)));
+        texts.push((folder.clone(), "banner", banner.0, banner.1));
+        for sample in samples::of(version) {
+            let bytes = encode(version, sample.channel, &sample.message).expect("it is short");
+            texts.push((folder.clone(), sample.name, files::hex(&bytes), json::of(sample.channel, &sample.message)));
+        }
+        std::fs::create_dir_all(&bad_folder).expect("the source tree can be written to");
+        for bad in bad::of(version) {
+            texts.push((bad_folder.clone(), bad.name, files::hex(&bad.bytes), json::pretty(&bad.refusal)));
+        }
     }
-    for bad in bad::all() {
-        texts.push((bad_folder(), bad.name, files::hex(&bad.bytes), json::pretty(&bad.refusal)));
-    }
-    std::fs::create_dir_all(bad_folder()).expect("the source tree can be written to");
     let write = |(folder, name, hex, json): &(std::path::PathBuf, &str, String, String)| {
         let hex = files::write_once(&folder.join(format!("{name}.hex")), hex).err();
         [hex, files::write_once(&folder.join(format!("{name}.json")), json).err()]

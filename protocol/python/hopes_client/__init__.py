@@ -13,6 +13,7 @@ from .errors import (
     ConnectionLost,
     DaemonClosed,
     DaemonError,
+    DaemonTooOld,
     HopesError,
     InboxFull,
     Incomplete,
@@ -34,6 +35,7 @@ from .producer import Answer, Producer
 from .recording import Recording, read_recording
 from .shared import Cut, FrameHeader, Simplify, View, Window
 from .shared import DotsWanted as Dots
+from .tracks import Happening, Track, TrackChanges, TrackEvent
 from .version import VERSION as __version__
 
 __all__ = [
@@ -44,11 +46,13 @@ __all__ = [
     "Daemon",
     "DaemonClosed",
     "DaemonError",
+    "DaemonTooOld",
     "Dot",
     "Dots",
     "Frame",
     "FrameHeader",
     "Habits",
+    "Happening",
     "HopesError",
     "InboxFull",
     "Incomplete",
@@ -70,6 +74,9 @@ __all__ = [
     "Subscription",
     "TimedOut",
     "TooLarge",
+    "Track",
+    "TrackChanges",
+    "TrackEvent",
     "UnsupportedVersion",
     "VersionMismatch",
     "View",

@@ -6,6 +6,7 @@ Invariants:
 * bytes are read while sending has to wait, so that two sides that both want to write never wait for each other;
 * a message that was taken by `send` goes out whole and in order; bodies wait undecoded, and not more than
   `inbox_limit` bytes of them (and what a single read brings);
+* all frames, both ways, are in the version agreed on (but for an `Error` that ends the handshake);
 * once the connection has ended, what had come before is still given out, and then the reason is raised, every time.
 """
 
@@ -24,17 +25,19 @@ from .errors import (
     ConnectionLost,
     DaemonClosed,
     DaemonError,
+    DaemonTooOld,
     HopesError,
     InboxFull,
     PeerSilent,
     ProtocolError,
     TimedOut,
+    UnsupportedVersion,
 )
 from .keepalive import Keepalive
 from .messages import Error, Goodbye, Hello, Message, Ping, Pong, Unsubscribe, Welcome, decode, encode
 from .patience import Deadline, Patience
 from .version import VERSION
-from .wire import BANNER_SIZE, LARGEST_FRAME, Banner, FrameBuffer, RawFrame, pack_frame
+from .wire import BANNER_SIZE, LARGEST_FRAME, LOWEST_VERSION, Banner, FrameBuffer, RawFrame, pack_frame
 
 Expected = TypeVar("Expected", bound=Message)
 
@@ -123,6 +126,20 @@ class Connection:
         """Whether the connection has not ended, as far as is known."""
         return self._end is None
 
+    @property
+    def version(self) -> int:
+        """The protocol version that was agreed on."""
+        assert self._version is not None
+        return self._version
+
+    def check_speaks(self, kind: type[Message]) -> None:
+        """`DaemonTooOld` if the version that was agreed on has no such messages."""
+        if kind.SINCE > self.version:
+            raise DaemonTooOld(
+                f"{kind.__name__} needs version {kind.SINCE} of the protocol, "
+                f"but the daemon speaks no higher one than {self.version}: update it"
+            )
+
     def allowed(self, timeout: float | None) -> float | None:
         """How long a call may take that was told to take this long, or was not told."""
         return self.options.timeout if timeout is None else timeout
@@ -147,6 +164,7 @@ class Connection:
 
         `TimedOut` means that the message was not sent and will not be.
         """
+        self.check_speaks(type(message))
         body = encode(message)
         if self._welcome and len(body) > self._welcome.largest_frame:
             raise ValueError(f"{len(body)} bytes are more than the {self._welcome.largest_frame} that the daemon reads")
@@ -165,7 +183,7 @@ class Connection:
         self._wait(lambda: len(inbox) > 0, Deadline(timeout))
         frame = inbox.popleft()
         self._waiting_bytes -= len(frame.body)
-        return decode(frame.type, frame.body)
+        return decode(frame.type, frame.body, frame.version)
 
     def ask(self, channel: int, question: Message, expected: type[Expected], timeout: float | None = None) -> Expected:
         """Sends a message and gives its answer; `DaemonError` if that is an error."""
@@ -285,8 +303,7 @@ class Connection:
 
     def _line_up(self, channel: int, message: Message, body: bytearray | None = None) -> None:
         """Gives a message its place in the line."""
-        assert self._version is not None
-        frame = pack_frame(message.TYPE, channel, encode(message) if body is None else body, self._version)
+        frame = pack_frame(message.TYPE, channel, encode(message) if body is None else body, self.version)
         with self._lock:
             self._outbox.append(memoryview(frame))
 
@@ -352,7 +369,7 @@ class Connection:
         """Takes all whole frames from what was read, once the version is known."""
         while self._version is not None and self._end is None:
             try:
-                frame = self._buffer.next_frame(self._version)
+                frame = self._next_frame()
                 if frame is None:
                     return
                 self._patience.finished_frame()
@@ -360,10 +377,22 @@ class Connection:
             except ProtocolError as error:
                 self._finish(error)
 
+    def _next_frame(self) -> RawFrame | None:
+        try:
+            return self._buffer.next_frame(self.version)
+        except UnsupportedVersion:
+            if self._welcome is not None:
+                raise
+            # A daemon that refuses us before it has read our banner does so in the lowest version.
+            frame = self._buffer.next_frame(LOWEST_VERSION)
+            if frame is not None and frame.type != Error.TYPE:
+                raise
+            return frame
+
     def _sort(self, frame: RawFrame) -> None:
         """Puts a frame where it belongs; those of channels that are closed belong nowhere."""
         if frame.channel == 0:
-            self._handle(decode(frame.type, frame.body))
+            self._handle(decode(frame.type, frame.body, frame.version))
         elif frame.channel in self._inbox:
             self._inbox[frame.channel].append(frame)
             self._waiting_bytes += len(frame.body)

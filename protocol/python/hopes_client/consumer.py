@@ -1,6 +1,6 @@
 """Following streams.
 
-In: a pattern, a view and how much of the persistence diagram is wanted. Out: an iterator of frames.
+In: a pattern, a view, and how much of the persistence diagram and of tracks is wanted. Out: an iterator of frames.
 Invariants: every frame that is given out was proved by its checksum; a subscription that may reconnect goes on from
 what it holds if the daemon can, and never gives out anything that does not follow; pauses between attempts are bounded.
 """
@@ -17,15 +17,28 @@ from .connection import as_exception
 from .errors import HopesError, ProtocolError, ResyncNeeded, TimedOut, VersionMismatch
 from .frame import Frame
 from .link import Link
-from .messages import ChangeView, Error, Message, Resume, StreamClosed, Subscribe, Unsubscribe, Unsubscribed
+from .messages import (
+    ChangeView,
+    Dots,
+    Error,
+    Message,
+    Resume,
+    StreamClosed,
+    Subscribe,
+    Unsubscribe,
+    Unsubscribed,
+    WantTracks,
+)
 from .mirror import Mirror
 from .patience import Deadline
 from .shared import DotsWanted, View
-from .tracker import Tracker, dots_of
+from .tracker import Tracker, more_of
+from .tracks import TracksWanted
 
 _SHORTEST_PAUSE = 0.1
 _LONGEST_PAUSE = 5.0
 _NOTHING_KEPT: dict[str, Mirror] = {}
+_NO_TRACKS = TracksWanted.of(None)
 
 
 @dataclass(frozen=True)
@@ -34,8 +47,8 @@ class Habits:
 
     `timeout` is how long it waits for a frame (none: as long as the daemon lives). With `reconnect` it connects and
     subscribes again when the connection is lost or what came does not fit. The daemon does not tell that the dots stay
-    as they are, so a frame is held back for `dots_wait` seconds until its dots or another message come; later dots make
-    a frame of their own, of kind "dots". With `stop_when_closed` the iteration ends when a stream is closed.
+    as they are, or that nothing happens to tracks, so a frame is held back for `dots_wait` seconds until its dots and
+    tracks, or another message, come; later ones make a frame of their own, of kind "dots" or "tracks". With `stop_when_closed` the iteration ends when a stream is closed.
     """
 
     timeout: float | None = None
@@ -48,11 +61,19 @@ class Subscription:
     """An iterator of the frames of all streams whose names match. Leaving a `with` block unsubscribes."""
 
     def __init__(
-        self, link: Link, pattern: str, view: View, dots: DotsWanted, habits: Habits, resume: Mirror | None = None
+        self,
+        link: Link,
+        pattern: str,
+        view: View,
+        dots: DotsWanted,
+        habits: Habits,
+        resume: Mirror | None = None,
+        tracks: TracksWanted = _NO_TRACKS,
     ) -> None:
         self.pattern = pattern
         self.view = view
         self.dots = dots
+        self.tracks = tracks
         self.habits = habits
         #: The stream that was closed last.
         self.closed_stream: StreamClosed | None = None
@@ -99,6 +120,16 @@ class Subscription:
         self._connection.send(self._channel, ChangeView(view, wanted), self._connection.options.timeout)
         self.view, self.dots = view, wanted
 
+    def want_tracks(self, tracks: str | None) -> None:
+        """Asks for "events", "alive", "cycles" or nothing of the tracks from here on.
+
+        Frames show no tracks until all of them are told of anew.
+        """
+        wanted = TracksWanted.of(tracks)
+        self._connection.send(self._channel, WantTracks(wanted), self._connection.options.timeout)
+        self.tracks = wanted
+        self._tracker.forget_tracks(wanted != _NO_TRACKS)
+
     def close(self, timeout: float | None = None) -> None:
         """Unsubscribes, and waits until the daemon has done so. Does nothing if that was done before."""
         if self._ended:
@@ -143,7 +174,10 @@ class Subscription:
 
     def _subscribe(self, kept: dict[str, Mirror]) -> None:
         """Subscribes on the link's connection, and resumes if that is possible with what was kept."""
-        self._connection = self._link.renew()
+        connection = self._link.renew()
+        if self.tracks != _NO_TRACKS:
+            connection.check_speaks(WantTracks)
+        self._connection = connection
         self._channel = self._connection.open_channel()
         # A subscription that is dropped in the midst of an iteration must not fill the inbox for ever.
         self._finalizer = weakref.finalize(self, self._connection.abandon, self._channel)
@@ -156,6 +190,8 @@ class Subscription:
             resume = Resume(mirror.epoch, mirror.number)
         message = Subscribe(self.pattern, self.view, self.dots, resume)
         self._connection.send(self._channel, message, self._connection.options.timeout)
+        if self.tracks != _NO_TRACKS:
+            self._connection.send(self._channel, WantTracks(self.tracks), self._connection.options.timeout)
 
     def _may_start_again(self, error: HopesError) -> bool:
         """Whether to subscribe again is wanted, and may help."""
@@ -174,6 +210,8 @@ class Subscription:
                 self._subscribe(kept)
                 return
             except VersionMismatch:
+                # To try again would not help.
+                self._ended = True
                 raise
             except (HopesError, OSError) as again:
                 reason = again
@@ -194,10 +232,13 @@ class Subscription:
                     self._ended = True
                     self._finalizer.detach()
                     self._connection.close_channel(self._channel)
+                elif message.answers == WantTracks.TYPE:
+                    # What does not come is not waited for.
+                    self.tracks = _NO_TRACKS
                 raise as_exception(message)
             frame = self._tracker.take(message)
             if frame is not None:
-                self._add_dots(frame, message, deadline)
+                self._complete(frame, message, deadline)
                 return frame
             if isinstance(message, StreamClosed):
                 self.closed_stream = message
@@ -209,23 +250,34 @@ class Subscription:
         message, self._following = self._following, None
         return message or self._connection.receive(self._channel, deadline.left())
 
-    def _add_dots(self, frame: Frame, message: Message, deadline: Deadline) -> None:
-        """Adds the dots of a frame if they come right after it."""
-        if self.dots.case == "No" or frame.kind == "dots":
-            return
+    def _complete(self, frame: Frame, message: Message, deadline: Deadline) -> None:
+        """Adds dots and tracks of a frame if they come right after it."""
+        due = {"dots"} if self.dots.case != "No" else set()
+        due |= {"tracks"} if self.tracks != _NO_TRACKS else set()
         left = deadline.left()
-        wait = self.habits.dots_wait if left is None else min(left, self.habits.dots_wait)
+        patience = Deadline(self.habits.dots_wait if left is None else min(left, self.habits.dots_wait))
+        while due and frame.kind in ("snapshot", "diff"):
+            following = self._next_in(patience)
+            more = more_of(message, following)
+            if more is None:
+                self._following = following
+                return
+            try:
+                self._tracker.complete(frame, more)
+            except ResyncNeeded:
+                # The frame is good; what does not fit shows again at the next one.
+                self._following = more
+                return
+            due.discard("dots" if isinstance(more, Dots) else "tracks")
+
+    def _next_in(self, patience: Deadline) -> Any:
+        """The next message, if one comes in time."""
         try:
-            following = self._connection.receive(self._channel, wait)
+            return self._connection.receive(self._channel, patience.left())
         except TimedOut:
-            return
+            return None
         except HopesError:
             if self._connection.is_alive:
                 raise
-            # The frame is good; that the connection is lost shows again at the next one.
-            return
-        dots = dots_of(message, following)
-        if dots is None:
-            self._following = following
-        else:
-            self._tracker.complete(frame, dots)
+            # The frame before is good; that the connection is lost shows again at the next one.
+            return None

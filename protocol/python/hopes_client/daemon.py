@@ -16,6 +16,7 @@ from .messages import GetStatus, ListStreams, Message, Status, StreamInfo, Strea
 from .mirror import Mirror
 from .producer import Producer
 from .shared import DotsWanted, View, Window
+from .tracks import TracksWanted
 
 Expected = TypeVar("Expected", bound=Message)
 
@@ -61,6 +62,7 @@ class Daemon:
         l: int | None = None,
         simplify: bool | float = False,
         dots: DotsWanted | None = None,
+        tracks: str | None = None,
         resume: Mirror | None = None,
         reconnect: bool = False,
         timeout: float | None = None,
@@ -70,7 +72,10 @@ class Daemon:
         """Follows every stream, now or later, whose name matches; `*` stands for any run of characters.
 
         The view is HoPeS(C) (`full`, the default), HoPeS(C; alpha) or HoPeS_{k,l}(C), simplified at its own scale if
-        `simplify` is true, or below a threshold. `resume` is a mirror of an earlier subscription in the same view:
+        `simplify` is true, or below a threshold. `tracks` is "events" to be told what happens to tracks, "alive" to be told
+        of all living ones in every frame, or "cycles" to be told of their cycles too: `DaemonTooOld` if the daemon speaks
+        no version of the protocol that has tracks, `DaemonError` with code 9 from the iteration, which may go on without
+        tracks, if it was started to follow none. `resume` is a mirror of an earlier subscription in the same view:
         frames go on from there if the daemon still knows how. `stop_when_closed` is true for the name of a single
         stream, unless `reconnect` asks to outlive it.
         For `timeout`, `reconnect` and `dots_wait` see `Habits`.
@@ -81,7 +86,8 @@ class Daemon:
         single = "*" not in pattern and not reconnect
         stop = single if stop_when_closed is None else stop_when_closed
         habits = Habits(timeout, reconnect, dots_wait, stop)
-        return Subscription(self._link, pattern, view, dots or DotsWanted.no(), habits, resume)
+        wanted = TracksWanted.of(tracks)
+        return Subscription(self._link, pattern, view, dots or DotsWanted.no(), habits, resume, wanted)
 
     def list_streams(self, pattern: str = "*", *, timeout: float | None = None) -> list[StreamInfo]:
         """The streams whose names match."""

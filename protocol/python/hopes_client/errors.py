@@ -43,6 +43,10 @@ class VersionMismatch(HopesError):
     """There is no protocol version that both sides speak."""
 
 
+class DaemonTooOld(VersionMismatch):
+    """What is asked for is not in the protocol version that was agreed on, the highest that the daemon speaks."""
+
+
 class ConnectionLost(HopesError, ConnectionError):
     """The connection has ended; nothing more can be sent or received on it."""
 

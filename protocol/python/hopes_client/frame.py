@@ -8,20 +8,24 @@ after the mirror has gone on raises `StaleFrame`. `Frame.copy` gives one that ma
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from collections.abc import Set as AbstractSet
 
 from .errors import StaleFrame
 from .messages import Diff, Dot
 from .mirror import Mirror
 from .shared import FrameHeader, View
+from .track_mirror import Walks
+from .tracks import Track, TrackEvent
 
 
 class Frame:
     """One frame of a stream.
 
-    `kind` is "snapshot", "diff", or "dots" if nothing but the dots is new since the frame before, which had the same
-    number. `diff` is the message that led here (none but with "diff"), `cause` why a snapshot came (none but with
+    `kind` is "snapshot", "diff", or "dots" or "tracks" if nothing else is new since the frame before, which had the
+    same number. `tracks` are the living tracks by id, each as it was last told of, `track_cycles` their cycles, as walks
+    along vertices, and `track_events` what has happened to tracks since the frame before; all are empty unless they were
+    asked for. `diff` is the message that led here (none but with "diff"), `cause` why a snapshot came (none but with
     "snapshot"). `lagged` is the first and the last frame that were not sent singly before this one, if there are such.
     `elapsed` is the time in seconds since the recording began, if this is one.
     """
@@ -35,6 +39,7 @@ class Frame:
         diff: Diff | None = None,
         cause: str | None = None,
         lagged: tuple[int, int] | None = None,
+        track_events: Iterable[TrackEvent] = (),
         elapsed: float | None = None,
     ) -> None:
         self._mirror = mirror
@@ -45,8 +50,16 @@ class Frame:
         self.cause = cause
         self.lagged = lagged
         self.elapsed = elapsed
-        self.dots: tuple[Dot, ...] = mirror.dots
-        self.dots_total = mirror.dots_total
+        self.track_events: tuple[TrackEvent, ...] = ()
+        self.renew(track_events)
+
+    def renew(self, track_events: Iterable[TrackEvent]) -> None:
+        """Takes dots and tracks as the mirror has them now, and these events. For whoever makes frames."""
+        self.dots: tuple[Dot, ...] = self._mirror.dots
+        self.dots_total = self._mirror.dots_total
+        self.tracks: Mapping[int, Track] = self._mirror.tracks.alive
+        self.track_cycles: Mapping[int, Walks] = self._mirror.tracks.cycles
+        self.track_events += tuple(track_events)
 
     @property
     def stream(self) -> str:

@@ -1,6 +1,6 @@
-"""Every message of protocol version 1 as a dataclass whose fields are declared in the order of the wire.
+"""Every message of the protocol, versions 1 and 2, as a dataclass whose fields are declared in the order of the wire.
 
-In: field values. Out: the classes, `Message.TYPE` of each, `encode` and `decode`.
+In: field values. Out: the classes, `Message.TYPE` and `Message.SINCE` of each, `encode` and `decode`.
 Invariants: the type hint of a field is the only description of how it is written; a field that is named like a Python
 keyword has an underscore after its name (`Diff.from_`); `decode(TYPE, encode(message)) == message`.
 """
@@ -13,6 +13,8 @@ from typing import Any, ClassVar, Optional, Union
 from .codec import F64, U16, U32, U64, AnyF64, Packed, decode_body, encode_body
 from .errors import BodyError
 from .shared import Cause, Critical, DotsWanted, Edge, FrameHeader, Policy, Vertex, View, Window
+from .tracks import Track, TrackCycle, TrackEvent, TracksWanted
+from .wire import HIGHEST_VERSION, LOWEST_VERSION
 
 #: The message classes by type number.
 BY_TYPE: dict[int, type[Message]] = {}
@@ -20,12 +22,14 @@ BY_TYPE: dict[int, type[Message]] = {}
 
 @dataclass(frozen=True)
 class Message:
-    """A message; `TYPE` is its type number."""
+    """A message; `TYPE` is its type number, `SINCE` the first version that has it."""
 
     TYPE: ClassVar[int]
+    SINCE: ClassVar[int]
 
-    def __init_subclass__(cls, type: int) -> None:
+    def __init_subclass__(cls, type: int, since: int = LOWEST_VERSION) -> None:
         cls.TYPE = type
+        cls.SINCE = since
         BY_TYPE[type] = cls
 
 
@@ -34,10 +38,10 @@ def encode(message: Message) -> bytearray:
     return encode_body(message)
 
 
-def decode(type: int, body: bytes) -> Any:
-    """The message of that type that the body holds. Raises nothing but `BodyError`."""
-    if type not in BY_TYPE:
-        raise BodyError(f"the message type {type:#06x} is not known")
+def decode(type: int, body: bytes, version: int = HIGHEST_VERSION) -> Any:
+    """The message of that type that the body holds, as a version has it. Raises nothing but `BodyError`."""
+    if type not in BY_TYPE or version < BY_TYPE[type].SINCE:
+        raise BodyError(f"the message type {type:#06x} is not known in version {version} of the protocol")
     return decode_body(BY_TYPE[type], body)
 
 
@@ -404,6 +408,29 @@ class Resumed(Message, type=0x020B):
 @dataclass(frozen=True)
 class Unsubscribed(Message, type=0x020C):
     """The end of the subscription."""
+
+
+# Tracks.
+
+
+@dataclass(frozen=True)
+class WantTracks(Message, type=0x020D, since=2):
+    """Asks to see so much of the tracks from here on."""
+
+    tracks: TracksWanted
+
+
+@dataclass(frozen=True)
+class Tracks(Message, type=0x020E, since=2):
+    """What has happened to tracks from one frame to another; from 0, all that are alive."""
+
+    stream: U32
+    from_: U64
+    frame: U64
+    time: Optional[F64]
+    events: list[TrackEvent]
+    alive: Optional[list[Track]]
+    cycles: list[TrackCycle]
 
 
 # Files.

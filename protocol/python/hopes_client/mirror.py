@@ -4,6 +4,7 @@ In: `Snapshot`, `Diff` and `Dots` messages of one stream, in the order in which 
 Out: vertices, edges and critical edges of the newest frame, proved by the checksum.
 Invariants: a message is taken as a whole or refused as a whole with `ResyncNeeded`, which leaves everything as it was;
 after each message taken `checksum` is that of what is held; `revision` grows with each message that changes the graph.
+Tracks are held beside it, in `tracks`, and have frame numbers and refusals of their own.
 Simplified views are held in the same way: their vertices are those of the simplified graph, and nothing is critical.
 """
 
@@ -16,6 +17,7 @@ from . import checksum as hashes
 from .errors import ResyncNeeded
 from .messages import Diff, Dot, Dots, Snapshot
 from .shared import FrameHeader, View
+from .track_mirror import TrackMirror
 
 Key = TypeVar("Key")
 
@@ -34,6 +36,7 @@ class Mirror:
         self.revision = 0
         self.dots: tuple[Dot, ...] = ()
         self.dots_total = 0
+        self.tracks = TrackMirror()
 
     @property
     def number(self) -> int:

@@ -11,10 +11,10 @@ import os
 from types import TracebackType
 from typing import BinaryIO
 
-from .errors import Malformed, ProtocolError
+from .errors import HopesError, Malformed, ProtocolError, ResyncNeeded
 from .frame import Frame
 from .messages import Elapsed, Message, decode
-from .tracker import Tracker, dots_of
+from .tracker import Tracker, more_of
 from .wire import LARGEST_FRAME, Banner, FrameBuffer
 
 _READ_SIZE = 1 << 20
@@ -32,7 +32,7 @@ class Recording:
         self._tracker = Tracker(announced=False)
         self._following: Message | None = None
         self._elapsed: float | None = None
-        self._broken: ProtocolError | None = None
+        self._broken: HopesError | None = None
         self._version = self._read_banner()
 
     def close(self) -> None:
@@ -51,7 +51,7 @@ class Recording:
                 break
             frame = self._tracker.take(message, self._elapsed)
             if frame is not None:
-                self._add_dots(frame, message)
+                self._complete(frame, message)
                 return frame
         self.close()
         raise StopIteration
@@ -85,7 +85,7 @@ class Recording:
         while True:
             frame = self._buffer.next_frame(self._version)
             if frame is not None:
-                message = decode(frame.type, frame.body)
+                message = decode(frame.type, frame.body, frame.version)
                 if not isinstance(message, Elapsed):
                     assert isinstance(message, Message)
                     return message
@@ -94,17 +94,18 @@ class Recording:
                 self.truncated = len(self._buffer) > 0
                 return None
 
-    def _add_dots(self, frame: Frame, message: Message) -> None:
-        """Adds the dots of a frame if they come right after it."""
+    def _complete(self, frame: Frame, message: Message) -> None:
+        """Adds dots and tracks of a frame if they come right after it."""
         try:
-            self._following = self._next_message()
-        except ProtocolError as error:
+            while True:
+                self._following = self._next_message()
+                more = more_of(message, self._following)
+                if more is None:
+                    return
+                self._tracker.complete(frame, more)
+        except (ProtocolError, ResyncNeeded) as error:
             # All frames before are good: this is for whoever asks for the next one.
             self._broken = error
-        dots = dots_of(message, self._following)
-        if dots is not None:
-            self._tracker.complete(frame, dots)
-            self._following = None
 
 
 def read_recording(path: str | os.PathLike[str], largest_frame: int = LARGEST_FRAME) -> Recording:

@@ -2,7 +2,7 @@
 
 In: the messages, in the order in which they came. Out: a `Frame` for each message that makes one.
 Invariants: each stream that is announced has one mirror, until it is closed; a mirror kept from before the connection
-was lost is gone on with only if the daemon says `Resumed`. `ResyncNeeded` means that the streams have to be subscribed
+was lost is gone on with only if the daemon says `Resumed`; tracks begin anew then. `ResyncNeeded` means that the streams have to be subscribed
 to again.
 """
 
@@ -12,8 +12,9 @@ from collections.abc import Iterable
 
 from .errors import ResyncNeeded
 from .frame import Frame
-from .messages import Diff, Dots, Lagged, Message, Resumed, Snapshot, StreamClosed, StreamOpened
+from .messages import Diff, Dots, Lagged, Message, Resumed, Snapshot, StreamClosed, StreamOpened, Tracks
 from .mirror import Mirror
+from .track_mirror import TrackMirror
 
 
 class Tracker:
@@ -27,6 +28,7 @@ class Tracker:
         self._kept = {mirror.name: mirror for mirror in kept}
         self._mirrors: dict[int, Mirror] = {}
         self._lagged: dict[int, tuple[int, int]] = {}
+        self._takes_tracks = True
 
     def mirrors(self) -> dict[str, Mirror]:
         """The mirror of each stream by its name, those kept and not resumed yet among them."""
@@ -45,9 +47,20 @@ class Tracker:
             self._lagged[message.stream] = (message.first, message.last)
         elif isinstance(message, (Snapshot, Diff)):
             return self._frame(message, elapsed)
-        elif isinstance(message, Dots):
-            return self._dots(message, elapsed)
+        elif isinstance(message, (Dots, Tracks)):
+            return self._more(message, elapsed)
         return None
+
+    def forget_tracks(self, wanted: bool) -> None:
+        """Passes over what is told of tracks, until all of them are told of anew, or for good if that is not wanted."""
+        self._takes_tracks = wanted
+        for mirror in self._mirrors.values():
+            mirror.tracks = TrackMirror()
+
+    def complete(self, frame: Frame, more: Dots | Tracks) -> None:
+        """Gives a frame what came right after it (see `more_of`)."""
+        if self._take_more(more):
+            frame.renew(more.events if isinstance(more, Tracks) else [])
 
     def _mirror(self, stream: int) -> Mirror:
         if stream not in self._mirrors:
@@ -61,6 +74,7 @@ class Tracker:
         mirror = self._kept.pop(fresh.name, None)
         if mirror is None or (mirror.epoch, mirror.number) != (fresh.epoch, message.frame):
             raise ResyncNeeded(f"frame {message.frame} is resumed from, but it is not what is held")
+        mirror.tracks = TrackMirror()
         self._mirrors[message.stream] = mirror
 
     def _frame(self, message: Snapshot | Diff, elapsed: float | None) -> Frame:
@@ -73,22 +87,33 @@ class Tracker:
         mirror.apply_diff(message)
         return Frame(mirror, message.frame, "diff", diff=message, lagged=lagged, elapsed=elapsed)
 
-    def _dots(self, message: Dots, elapsed: float | None) -> Frame:
+    def _more(self, message: Dots | Tracks, elapsed: float | None) -> Frame | None:
+        """A frame that has nothing new but dots or tracks."""
+        if not self._take_more(message):
+            return None
+        mirror = self._mirror(message.stream)
+        assert mirror.header is not None
+        kind, events = ("dots", []) if isinstance(message, Dots) else ("tracks", message.events)
+        return Frame(mirror, mirror.header, kind, track_events=events, elapsed=elapsed)
+
+    def _take_more(self, message: Dots | Tracks) -> bool:
+        """Whether it is for us: what is told of tracks before all of them were told of is not."""
         mirror = self._mirror(message.stream)
         if mirror.header is None or message.frame > mirror.number:
-            raise ResyncNeeded(f"dots of frame {message.frame} come before that frame")
-        mirror.apply_dots(message)
-        return Frame(mirror, mirror.header, "dots", elapsed=elapsed)
+            what = type(message).__name__.lower()
+            raise ResyncNeeded(f"{what} of frame {message.frame} come before that frame")
+        if isinstance(message, Dots):
+            mirror.apply_dots(message)
+        elif not self._takes_tracks or (mirror.tracks.number == 0 and message.from_ > 0):
+            return False
+        else:
+            mirror.tracks.apply(message)
+        return True
 
-    def complete(self, frame: Frame, dots: Dots) -> None:
-        """Gives a frame the dots that came right after it (see `dots_of`)."""
-        self._mirror(dots.stream).apply_dots(dots)
-        frame.dots, frame.dots_total = tuple(dots.dots), dots.total
 
-
-def dots_of(message: Message, following: Message | None) -> Dots | None:
-    """`following`, if it has the dots of the frame that `message` leads to."""
-    if not isinstance(message, (Snapshot, Diff)) or not isinstance(following, Dots):
+def more_of(message: Message, following: Message | None) -> Dots | Tracks | None:
+    """`following`, if it has dots or tracks of the frame that `message` leads to."""
+    if not isinstance(message, (Snapshot, Diff)) or not isinstance(following, (Dots, Tracks)):
         return None
     same = (following.stream, following.frame) == (message.stream, message.frame.number)
     return following if same else None

@@ -15,16 +15,17 @@ from typing import Any, Callable
 from hopes_client import messages as m
 from hopes_client.connection import Connection, Options
 from hopes_client.daemon import Daemon
-from hopes_client.wire import BANNER_SIZE, Banner, FrameBuffer, pack_frame
+from hopes_client.wire import BANNER_SIZE, HIGHEST_VERSION, Banner, FrameBuffer, pack_frame
 
 PATIENCE = 5.0
 WELCOME = m.Welcome("fake", [], 77, 1 << 20, 100, 1000, 60_000)
 
 
 class Fake:
-    """One connection, as a daemon sees it."""
+    """One connection, as a daemon sees it that speaks `version` and all before."""
 
-    def __init__(self, connected: socket.socket) -> None:
+    def __init__(self, connected: socket.socket, version: int = HIGHEST_VERSION) -> None:
+        self.version = version
         self.socket = connected
         self.socket.settimeout(PATIENCE)
         self._buffer = FrameBuffer()
@@ -38,20 +39,20 @@ class Fake:
 
     def shake_hands(self, welcome: m.Welcome = WELCOME) -> m.Hello:
         self.read_banner()
-        self.socket.sendall(Banner().encode())
+        self.socket.sendall(Banner(1, self.version).encode())
         hello: m.Hello = self.receive(0, m.Hello)
         self.send(0, welcome)
         return hello
 
     def send(self, channel: int, message: m.Message) -> None:
-        self.socket.sendall(pack_frame(message.TYPE, channel, m.encode(message)))
+        self.socket.sendall(pack_frame(message.TYPE, channel, m.encode(message), self.version))
 
     def next(self) -> tuple[int, Any]:
         """The next message and its channel."""
         while True:
-            frame = self._buffer.next_frame(1)
+            frame = self._buffer.next_frame(self.version)
             if frame is not None:
-                return frame.channel, m.decode(frame.type, frame.body)
+                return frame.channel, m.decode(frame.type, frame.body, frame.version)
             self._read()
 
     def receive(self, channel: int, kind: type) -> Any:
@@ -79,7 +80,8 @@ Script = Callable[[Fake], None]
 class Stage:
     """Runs a script for each connection that is made."""
 
-    def __init__(self, *scripts: Script) -> None:
+    def __init__(self, *scripts: Script, version: int = HIGHEST_VERSION) -> None:
+        self._version = version
         self._scripts = list(scripts)
         self._threads: list[threading.Thread] = []
         self.failures: list[Exception] = []
@@ -107,7 +109,7 @@ class Stage:
     def _play(self, script: Script, connected: socket.socket) -> None:
         with connected:
             try:
-                script(Fake(connected))
+                script(Fake(connected, self._version))
             except Exception as error:  # noqa: BLE001 (the test raises it)
                 self.failures.append(error)
 
@@ -125,7 +127,7 @@ def connection(script: Script, **options: Any) -> Iterator[Connection]:
 
 
 @contextlib.contextmanager
-def daemon(*scripts: Script, **options: Any) -> Iterator[Daemon]:
+def daemon(*scripts: Script, version: int = HIGHEST_VERSION, **options: Any) -> Iterator[Daemon]:
     """A `Daemon` on scripts that begin after the handshake, one for each connection that is made."""
 
     def with_handshake(script: Script) -> Script:
@@ -135,7 +137,7 @@ def daemon(*scripts: Script, **options: Any) -> Iterator[Daemon]:
 
         return play
 
-    stage = Stage(*map(with_handshake, scripts))
+    stage = Stage(*map(with_handshake, scripts), version=version)
     settings = Options(timeout=PATIENCE, **options)
     made = Daemon(lambda: Connection(stage.dial(), settings))
     try:

@@ -1,6 +1,6 @@
 """One or more messages of every type, and small frames that fit together.
 
-In: nothing. Out: `MESSAGES`, `snapshot`, `diff`, `header`, `checksum`.
+In: nothing. Out: `MESSAGES`, `snapshot`, `diff`, `header`, `checksum`, `track`, `tracks`, `event`.
 Invariant: `checksum` is the function of the specification, letter by letter, not the one under test.
 """
 
@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 import struct
+from typing import Any
 
 from hopes_client import messages as m
 from hopes_client.shared import Cause, Cut, DotsWanted, FrameHeader, Policy, Simplify, View, Window
+from hopes_client.tracks import Happening, Track, TrackChanges, TrackCycle, TrackEvent, TracksWanted
 
 FULL = View(Cut.full(), Simplify.no())
 SIMPLE = View(Cut.derived(1, 1), Simplify.at_scale())
@@ -84,6 +86,26 @@ def opened(stream: int = 9, name: str = "lidar", epoch: int = 77, frame: int = 0
     return m.StreamOpened(stream, name, epoch, Window.all(), None, frame)
 
 
+def track(id: int, selected: bool = True, age: int = 1) -> Track:
+    return Track(id, age, 1.0, math.sqrt(2), (1.0, 1.0), math.sqrt(2), 4.0, (0.0, -0.5), selected)
+
+
+def event(frame: int, id: int, case: str, *values: Any, selected: bool = True) -> TrackEvent:
+    return TrackEvent(frame, None, Happening(case, values), track(id, selected))
+
+
+def tracks(
+    from_: int,
+    frame: int,
+    events: tuple[TrackEvent, ...] = (),
+    alive: list[Track] | None = None,
+    cycles: dict[int, list[list[int]]] | None = None,
+    stream: int = 9,
+) -> m.Tracks:
+    listed = [TrackCycle(id, walks) for id, walks in (cycles or {}).items()]
+    return m.Tracks(stream, from_, frame, frame / 2, list(events), alive, listed)
+
+
 INFO = m.StreamInfo(9, "lidär", 77, Window.time(2.5), 0.125, 300, 70_000, 5_000_000_000, 2, 1)
 BIG = 2**64 - 1
 
@@ -126,5 +148,21 @@ MESSAGES: list[m.Message] = [
     m.Lagged(9, 2, 300),
     m.Resumed(9, 2),
     m.Unsubscribed(),
+    m.WantTracks(TracksWanted.of("cycles")),
+    m.WantTracks(TracksWanted.of(None)),
+    tracks(0, 2, alive=[track(1), track(251, selected=False)], cycles={1: [[0, 1, 70_000], [7]], 251: [], 252: [[]]}),
+    tracks(
+        2,
+        70_000,
+        (
+            event(3, 2, "Born"),
+            event(4, 3, "Split", 2),
+            event(5, 1, "Updated", TrackChanges(True, False, True)),
+            event(5, 2, "Unselected", selected=False),
+            event(6, 2, "Reselected"),
+            event(70_000, 3, "Merged", 251),
+            event(70_000, 251, "Died"),
+        ),
+    ),
     m.Elapsed(1_500_000_000),
 ]

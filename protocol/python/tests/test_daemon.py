@@ -33,7 +33,8 @@ SQUARE = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)]
 class Process:
     """A daemon in a folder of its own, that listens to a Unix and a TCP socket."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *options: str) -> None:
+        self._options = options
         with socket.create_server(("127.0.0.1", 0)) as free:
             port = free.getsockname()[1]
         self.unix = f"unix:{folder / 'socket'}"
@@ -44,7 +45,7 @@ class Process:
     def start(self) -> None:
         """Starts it and waits until it listens."""
         with self._log.open("ab") as log:
-            command = [HOPES_BIN, "serve", "--listen", self.unix, "--listen", self.tcp]
+            command = [HOPES_BIN, "serve", "--listen", self.unix, "--listen", self.tcp, *self._options]
             self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
         deadline = time.monotonic() + PATIENCE
         while True:
@@ -81,10 +82,10 @@ class Process:
 
 
 @contextlib.contextmanager
-def started() -> Iterator[Process]:
+def started(*options: str) -> Iterator[Process]:
     """A daemon of one's own."""
     with tempfile.TemporaryDirectory() as folder:
-        process = Process(Path(folder))
+        process = Process(Path(folder), *options)
         process.start()
         try:
             yield process

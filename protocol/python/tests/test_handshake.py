@@ -16,6 +16,7 @@ from pathlib import Path
 import hopes_client as hopes
 from hopes_client import messages as m
 from hopes_client.connection import Connection, Options, open_socket
+from hopes_client.tracks import TracksWanted
 from hopes_client.wire import Banner, pack_frame
 
 from .fake import WELCOME, Fake, Stage, connection, daemon
@@ -40,7 +41,7 @@ class Handshake(unittest.TestCase):
 
     def test_it_works(self) -> None:
         def script(fake: Fake) -> None:
-            self.assertEqual(fake.read_banner(), Banner(1, 1))
+            self.assertEqual(fake.read_banner(), Banner(1, 2))
             fake.socket.sendall(Banner(1, 7).encode())
             hello = fake.receive(0, m.Hello)
             self.assertIn("hopes-client", hello.software)
@@ -50,7 +51,7 @@ class Handshake(unittest.TestCase):
             self.assertEqual(goodbye.streams, [])
 
         with connection(script) as made:
-            self.assertEqual(made.welcome.epoch, 77)
+            self.assertEqual((made.welcome.epoch, made.version), (77, 2))
             self.assertTrue(made.is_alive)
         self.assertFalse(made.is_alive)
 
@@ -84,11 +85,11 @@ class Handshake(unittest.TestCase):
     def test_no_common_version(self) -> None:
         def script(fake: Fake) -> None:
             fake.read_banner()
-            fake.socket.sendall(Banner(2, 3).encode())
+            fake.socket.sendall(Banner(3, 4).encode())
             self.assertEqual(fake.socket.recv(100), b"")
 
         error = self.failing(script, hopes.VersionMismatch)
-        self.assertIn("2 to 3", str(error))
+        self.assertIn("3 to 4", str(error))
 
     def test_something_else_answers(self) -> None:
         self.failing(lambda fake: fake.socket.sendall(b"HTTP/1.1 400 Bad Request\r\n"), hopes.Malformed)
@@ -118,6 +119,67 @@ class Handshake(unittest.TestCase):
         error = self.failing(script, hopes.DaemonError)
         assert isinstance(error, hopes.DaemonError)
         self.assertEqual(error.code, 13)
+
+    def test_the_daemon_refuses_before_it_has_read_our_banner(self) -> None:
+        def script(fake: Fake) -> None:
+            error = m.Error(13, 0, "too many connections")
+            fake.socket.sendall(Banner(1, 2).encode() + pack_frame(error.TYPE, 0, m.encode(error), version=1))
+            fake.read_banner()
+
+        error = self.failing(script, hopes.DaemonError)
+        assert isinstance(error, hopes.DaemonError)
+        self.assertEqual(error.code, 13)
+
+    def test_nothing_else_comes_in_another_version(self) -> None:
+        def script(fake: Fake) -> None:
+            fake.read_banner()
+            fake.socket.sendall(Banner(1, 2).encode())
+            fake.receive(0, m.Hello)
+            fake.socket.sendall(pack_frame(WELCOME.TYPE, 0, m.encode(WELCOME), version=1))
+
+        self.failing(script, hopes.UnsupportedVersion)
+
+    def test_no_error_comes_in_another_version_after_welcome(self) -> None:
+        def script(fake: Fake) -> None:
+            fake.shake_hands()
+            error = m.Error(14, 0, "too slow")
+            fake.socket.sendall(pack_frame(error.TYPE, 0, m.encode(error), version=1))
+
+        with connection(script) as made, self.assertRaises(hopes.UnsupportedVersion):
+            made.receive(made.open_channel())
+
+    def test_an_older_daemon_is_spoken_to_in_its_version(self) -> None:
+        def script(fake: Fake) -> None:
+            fake.version = 1
+            fake.shake_hands()
+            # A `Fake` reads no frames but those of its version.
+            fake.receive(1, m.ListStreams)
+            fake.send(1, m.Streams([]))
+            fake.receive(0, m.Goodbye)
+
+        with connection(script) as made:
+            self.assertEqual(made.version, 1)
+            self.assertEqual(made.ask(made.open_channel(), m.ListStreams("*"), m.Streams), m.Streams([]))
+
+    def test_a_message_that_an_older_daemon_does_not_know_is_not_sent(self) -> None:
+        def script(fake: Fake) -> None:
+            fake.version = 1
+            fake.shake_hands()
+            fake.receive(0, m.Goodbye)
+
+        with connection(script) as made, self.assertRaisesRegex(hopes.DaemonTooOld, "version 2 .* than 1: update it"):
+            made.send(made.open_channel(), m.WantTracks(TracksWanted.of("events")))
+
+    def test_a_message_of_a_later_version_is_not_known(self) -> None:
+        def script(fake: Fake) -> None:
+            fake.version = 1
+            fake.shake_hands()
+            fake.receive(1, m.ListStreams)
+            fake.send(1, m.Tracks(1, 0, 1, None, [], [], []))
+            fake.receive(0, m.Goodbye)
+
+        with connection(script) as made, self.assertRaisesRegex(hopes.BodyError, "not known in version 1"):
+            made.ask(made.open_channel(), m.ListStreams("*"), m.Streams)
 
     def test_the_daemon_closes(self) -> None:
         self.failing(lambda fake: None, hopes.ConnectionLost)
@@ -267,7 +329,7 @@ class Misbehaviour(unittest.TestCase):
     def test_bytes_that_are_no_frame(self) -> None:
         self.ends_with(b"\0" * 20, hopes.Malformed)
         self.ends_with(pack_frame(3, 0, b"\1")[:-1] + b"\0", hopes.Malformed)
-        self.ends_with(pack_frame(3, 0, b"\1", version=2), hopes.UnsupportedVersion)
+        self.ends_with(pack_frame(3, 0, b"\1", version=1), hopes.UnsupportedVersion)
         self.ends_with(pack_frame(3, 1, bytes(101)), hopes.TooLarge, largest_frame=100)
 
     def test_what_has_no_place_on_channel_0(self) -> None:

@@ -11,7 +11,7 @@ from hopes_client import messages as m
 from hopes_client.errors import ResyncNeeded, StaleFrame
 from hopes_client.mirror import Mirror
 from hopes_client.shared import Cause, Cut, Simplify, View
-from hopes_client.tracker import Tracker, dots_of
+from hopes_client.tracker import Tracker, more_of
 
 from .samples import (
     SIMPLE,
@@ -186,10 +186,10 @@ class Frames(unittest.TestCase):
         message = snapshot()
         frame = self.take(message)
         self.assertEqual(frame.dots, ())
-        self.assertEqual(dots_of(message, dots(1)), dots(1))
-        self.assertIsNone(dots_of(message, dots(2)))
-        self.assertIsNone(dots_of(message, dots(1, stream=8)))
-        self.assertIsNone(dots_of(m.Heartbeat(9, 1), dots(1)))
+        self.assertEqual(more_of(message, dots(1)), dots(1))
+        self.assertIsNone(more_of(message, dots(2)))
+        self.assertIsNone(more_of(message, dots(1, stream=8)))
+        self.assertIsNone(more_of(m.Heartbeat(9, 1), dots(1)))
         self.tracker.complete(frame, dots(1))
         self.assertEqual((frame.dots[0].edge, frame.dots_total), ((2, 3), 1))
         # They stay until the daemon sends others.

@@ -14,13 +14,13 @@ from hopes_client.wire import Banner, pack_frame
 from .samples import diff, dots, header, opened, snapshot
 
 
-def recorded(*messages: m.Message, channel: int = 5) -> bytes:
+def recorded(*messages: m.Message, channel: int = 5, version: int = 1) -> bytes:
     """The bytes of a recording."""
     frames = [
-        pack_frame(message.TYPE, 0 if isinstance(message, m.Elapsed) else channel, m.encode(message))
+        pack_frame(message.TYPE, 0 if isinstance(message, m.Elapsed) else channel, m.encode(message), version)
         for message in messages
     ]
-    return Banner(1, 1).encode() + b"".join(frames)
+    return Banner(version, version).encode() + b"".join(frames)
 
 
 WHOLE = (
@@ -94,7 +94,7 @@ class NoRecordings(unittest.TestCase):
             (b"HOPES", hopes.Malformed),
             (b"x" * 100, hopes.Malformed),
             (Banner(1, 2).encode(), hopes.Malformed),
-            (Banner(2, 2).encode(), hopes.VersionMismatch),
+            (Banner(3, 3).encode(), hopes.VersionMismatch),
         ):
             with self.subTest(data=data), self.assertRaises(error):
                 read(data)

@@ -94,13 +94,13 @@ class OuterFrame(unittest.TestCase):
         return bytes(frame)
 
     def test_bytes(self) -> None:
-        head = bytes.fromhex("686f7046 0100 0501 07000000 04000000")
+        head = bytes.fromhex("686f7046 0200 0501 07000000 04000000")
         expected = head + struct.pack("<I", slow_crc32c(head)) + b"body" + struct.pack("<I", slow_crc32c(b"body"))
         self.assertEqual(self.good, expected)
 
     def test_round_trip(self) -> None:
         frame, size = parse_frame(self.good + b"more")
-        self.assertEqual((frame.version, frame.type, frame.channel, frame.body), (1, 0x0105, 7, b"body"))
+        self.assertEqual((frame.version, frame.type, frame.channel, frame.body), (2, 0x0105, 7, b"body"))
         self.assertEqual(size, len(self.good))
 
     def test_incomplete(self) -> None:
@@ -119,11 +119,11 @@ class OuterFrame(unittest.TestCase):
 
     def test_unsupported_version(self) -> None:
         with self.assertRaises(UnsupportedVersion):
-            parse_frame(self.broken(4, b"\x02\x00"))
+            parse_frame(self.broken(4, b"\x01\x00"))
 
     def test_the_crc_of_the_header_is_checked_first(self) -> None:
         with self.assertRaises(Malformed):
-            parse_frame(self.broken(4, b"\x02\x00", mend_header=False))
+            parse_frame(self.broken(4, b"\x01\x00", mend_header=False))
 
     def test_too_large_is_found_before_the_body_is_there(self) -> None:
         header = self.broken(12, b"\xff\xff\xff\xff")[:HEADER_SIZE]
@@ -138,7 +138,7 @@ class OuterFrame(unittest.TestCase):
         bodies = []
         for byte in self.good + pack_frame(3, 0, b""):
             buffer.feed(bytes([byte]))
-            frame = buffer.next_frame(1)
+            frame = buffer.next_frame(2)
             bodies += [frame.body] if frame else []
         self.assertEqual(bodies, [b"body", b""])
         self.assertEqual(len(buffer), 0)
@@ -146,7 +146,7 @@ class OuterFrame(unittest.TestCase):
     def test_an_announced_body_takes_no_memory(self) -> None:
         buffer = FrameBuffer()
         buffer.feed(self.broken(12, struct.pack("<I", 1 << 30))[:HEADER_SIZE])
-        self.assertIsNone(buffer.next_frame(1))
+        self.assertIsNone(buffer.next_frame(2))
         self.assertEqual(len(buffer), HEADER_SIZE)
 
 
@@ -206,7 +206,7 @@ class Bodies(unittest.TestCase):
 
     def test_every_type_is_among_the_samples(self) -> None:
         self.assertEqual({message.TYPE for message in MESSAGES}, set(m.BY_TYPE))
-        self.assertEqual(len(m.BY_TYPE), 34)
+        self.assertEqual(len(m.BY_TYPE), 36)
 
     def test_round_trip(self) -> None:
         for message in MESSAGES:
@@ -249,6 +249,17 @@ class Bodies(unittest.TestCase):
     def test_unknown_type(self) -> None:
         with self.assertRaises(BodyError):
             m.decode(0x7777, b"")
+
+    def test_a_version_does_not_know_the_messages_of_a_later_one(self) -> None:
+        later = {m.WantTracks, m.Tracks}
+        for message in MESSAGES:
+            body = bytes(m.encode(message))
+            if type(message) in later:
+                with self.assertRaisesRegex(BodyError, "not known in version 1"):
+                    m.decode(message.TYPE, body, 1)
+            else:
+                self.assertEqual(m.decode(message.TYPE, body, 1), message)
+        self.assertEqual({kind for kind in m.BY_TYPE.values() if kind.SINCE == 2}, later)
 
     def test_counts_that_cannot_be(self) -> None:
         huge = "fdffffffffffffffff"

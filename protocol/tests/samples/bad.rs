@@ -1,9 +1,9 @@
-//! Bytes that must be refused, and how: the samples behind `vectors/v1/bad`.
+//! Bytes that must be refused, and how: the samples behind `vectors/v1/bad` and `vectors/v2/bad`.
 //!
-//! In: nothing. Out: bytes with the class of their error. Invariants: each is wrong in one respect alone, unless its text says otherwise, and read with version 1 agreed on and a
+//! In: a version. Out: bytes with the class of their error. Invariants: each is wrong in one respect alone, unless its text says otherwise, and read with this version agreed on and a
 //! cap of [`LARGEST_FRAME`](hopes_protocol::LARGEST_FRAME). Must not know: how they are read.
 
-use hopes_protocol::{HEADER, LARGEST_FRAME, Message, Ping, encode, header};
+use hopes_protocol::{Banner, HEADER, LARGEST_FRAME, Message, Ping, encode, header};
 use serde::{Deserialize, Serialize};
 
 /// What stands beside the bytes.
@@ -25,21 +25,30 @@ pub const TOO_LARGE: &str = "too large";
 pub const INCOMPLETE: &str = "incomplete";
 pub const BODY: &str = "body";
 
-/// All of them.
-pub fn all() -> Vec<Bad> {
-    [malformed(), versions(), lengths(), incomplete(), ends(), hostile_lengths(), cases(), numbers(), texts()]
-        .into_iter()
-        .flatten()
-        .collect()
+/// Those that are wrong in a version.
+pub fn of(version: u16) -> Vec<Bad> {
+    match version {
+        1 => [malformed(), versions(), lengths(), incomplete(), ends(), hostile_lengths(), cases(), numbers(), texts()]
+            .into_iter()
+            .flatten()
+            .collect(),
+        2 => super::bad_tracks::all(),
+        version => panic!("version {version} has no samples"),
+    }
 }
 
-fn bad(name: &'static str, error: &str, why: &str, bytes: Vec<u8>) -> Bad {
+pub fn bad(name: &'static str, error: &str, why: &str, bytes: Vec<u8>) -> Bad {
     Bad { name, refusal: Refusal { error: error.into(), why: why.into() }, bytes }
 }
 
-/// A frame whose outer part is right, whatever its body.
+/// A frame of version 1 whose outer part is right, whatever its body.
 pub fn frame(kind: u16, body: &[u8]) -> Vec<u8> {
-    let header = header(1, kind, 7, u32::try_from(body.len()).expect("it is short"));
+    frame_of(1, kind, body)
+}
+
+/// The same in another version.
+pub fn frame_of(version: u16, kind: u16, body: &[u8]) -> Vec<u8> {
+    let header = header(version, kind, 7, u32::try_from(body.len()).expect("it is short"));
     [&header, body, &crc32c(body).to_le_bytes()].concat()
 }
 
@@ -75,7 +84,7 @@ fn ping_flipped(at: usize) -> Vec<u8> {
 }
 
 fn malformed() -> Vec<Bad> {
-    let banner = hopes_protocol::Banner::OURS.encode().to_vec();
+    let banner = Banner { lowest: 1, highest: 1 }.encode().to_vec();
     let last = ping().len() - 1;
     vec![
         bad("wrong_magic", MALFORMED, "the magic is hopG, with a CRC that fits", ping_with(3, b'G')),

@@ -6,14 +6,14 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where the vectors of version 1 are.
-pub fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("vectors/v1")
+/// Where the vectors of a version are.
+pub fn folder(version: u16) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("vectors/v{version}"))
 }
 
 /// Where those are that must be refused.
-pub fn bad_folder() -> PathBuf {
-    folder().join("bad")
+pub fn bad_folder(version: u16) -> PathBuf {
+    folder(version).join("bad")
 }
 
 /// The names of all files in a folder.

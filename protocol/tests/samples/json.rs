@@ -82,6 +82,8 @@ bodies! {
     Lagged(Lagged),
     Resumed(Resumed),
     Unsubscribed(Unsubscribed),
+    WantTracks(WantTracks),
+    Tracks(Tracks),
     Elapsed(Elapsed),
 }
 

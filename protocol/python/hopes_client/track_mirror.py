@@ -1,0 +1,85 @@
+"""What a consumer holds of the tracks of one stream, kept up by what is told of them.
+
+In: `Tracks` messages of one stream, in the order in which they came. Out: the living tracks by id, and their cycles.
+Invariants: a message is taken as a whole or refused as a whole with `ResyncNeeded`, which leaves everything as it was;
+living tracks are the same whether events alone are told or all tracks in every frame; the mappings that are given out
+are never changed, each message makes new ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from .errors import ResyncNeeded
+from .messages import Tracks
+from .tracks import Track, TrackEvent
+
+#: Closed walks along vertices.
+Walks = list[list[int]]
+
+
+class TrackMirror:
+    """The tracks of a stream as of the frame `number`, which is 0 as long as nothing was told of them."""
+
+    def __init__(self) -> None:
+        self.number = 0
+        self.time: float | None = None
+        self.alive: Mapping[int, Track] = {}
+        self.cycles: Mapping[int, Walks] = {}
+
+    def apply(self, message: Tracks) -> None:
+        """Goes on to the frame that the message leads to."""
+        number, starts = message.frame, message.from_ == 0
+        if number <= message.from_ or not (starts or message.from_ == self.number):
+            raise ResyncNeeded(f"tracks from frame {message.from_} to {number} do not follow frame {self.number}")
+        _check_order(message)
+        if starts:
+            if message.alive is None or message.events:
+                raise ResyncNeeded(f"the tracks of frame {number} start anew, but are not a list of living tracks")
+            alive = {track.id: track for track in message.alive}
+        else:
+            alive = _after(self.alive, message.events)
+            if message.alive is not None:
+                alive = _compared(alive, message.alive, number)
+        changed = {cycle.id: cycle.walks for cycle in message.cycles}
+        if not changed.keys() <= alive.keys():
+            raise ResyncNeeded(f"frame {number} has cycles of tracks that are not alive")
+        ended = {event.track.id for event in message.events if event.happening.ends}
+        kept = {} if starts else {id: walks for id, walks in self.cycles.items() if id not in ended}
+        self.number, self.time, self.alive, self.cycles = number, message.time, alive, {**kept, **changed}
+
+
+def _after(alive: Mapping[int, Track], events: Iterable[TrackEvent]) -> dict[int, Track]:
+    """Who is alive after these events."""
+    after = dict(alive)
+    for event in events:
+        happening, id = event.happening, event.track.id
+        if happening.begins == (id in after):
+            what = "begins, but is alive already" if happening.begins else "is told of, but is not alive"
+            raise ResyncNeeded(f"in frame {event.frame} track {id} {what}")
+        if happening.ends:
+            del after[id]
+        # The other one goes on, so it is there when this one is not: nothing comes from itself.
+        if happening.other is not None and happening.other not in after:
+            raise ResyncNeeded(f"in frame {event.frame} track {happening.other} is named, but is not alive")
+        if not happening.ends:
+            after[id] = event.track
+    return after
+
+
+def _compared(alive: Mapping[int, Track], listed: Iterable[Track], number: int) -> dict[int, Track]:
+    """The tracks that are listed, which have to be those that are known, selected or not as they are known."""
+    found = {track.id: track for track in listed}
+    known = {id: track.selected for id, track in alive.items()}
+    if known != {id: track.selected for id, track in found.items()}:
+        raise ResyncNeeded(f"the living tracks of frame {number} are not those that events lead to")
+    return found
+
+
+def _check_order(message: Tracks) -> None:
+    """Raises unless events are in order and of the right frames, and lists in order and without repetitions."""
+    places = [(event.frame, event.track.id) for event in message.events]
+    inside = all(message.from_ < frame <= message.frame for frame, _ in places)
+    lists = [[track.id for track in message.alive or []], [cycle.id for cycle in message.cycles]]
+    if not inside or places != sorted(places) or any(ids != sorted(set(ids)) for ids in lists):
+        raise ResyncNeeded(f"the tracks of frame {message.frame} are told of out of order")
