@@ -27,5 +27,7 @@ mod slow;
 mod stdio;
 #[path = "daemon/streams.rs"]
 mod streams;
+#[path = "daemon/tracks.rs"]
+mod tracks;
 #[path = "daemon/views.rs"]
 mod views;

@@ -105,7 +105,7 @@ impl TrackMirror {
         &self.alive
     }
 
-    /// The walks around the hole of each living track, if cycles were asked for. Vertices may be gone from that of a track that is missing for a while.
+    /// The walks around the hole of each living track, if cycles were asked for. A track that is missing for a while has none.
     pub fn cycles(&self) -> &BTreeMap<u64, Vec<Vec<u64>>> {
         &self.cycles
     }

@@ -40,7 +40,7 @@ pub struct Track {
     pub center: (f64, f64),
     /// From there to the nearest points.
     pub radius: f64,
-    /// Of its hole at birth, islands left out.
+    /// Of its hole at birth, islands left out, when that was looked at last.
     pub area: f64,
     /// Of the centre, a frame.
     pub velocity: (f64, f64),
@@ -96,7 +96,8 @@ pub struct TrackEvent {
 pub struct TrackCycle {
     /// The track's.
     pub id: u64,
-    /// Closed walks along vertices, by their ids, around the hole at its birth: the outer one counter-clockwise, then those around islands in it, clockwise.
+    /// Closed walks along vertices, by their ids, around the hole at its birth: the outer one counter-clockwise, then those around islands in it, clockwise. None, while the
+    /// track is not there.
     pub walks: Vec<Vec<u64>>,
 }
 

@@ -192,6 +192,11 @@ impl<W: Write> Following<'_, W> {
                 tracing::debug!("a message of type {:#06x} on channel {channel} came too late", message.kind());
                 return Ok(Then::GoOn);
             }
+            // What belongs to the last wanted frame comes before the next one.
+            Message::Snapshot(_) | Message::Diff(_) if self.ends.is_some() => {
+                self.ends = Some(Instant::now());
+                return Ok(Then::GoOn);
+            }
             _ => {}
         }
         (self.lost, self.pause) = (None, PAUSES[0]);
@@ -201,7 +206,7 @@ impl<W: Write> Following<'_, W> {
                 self.frame(message)?;
             }
             Ok(Taken::Other) => self.note(message),
-            Err(error @ StreamError::Mirror { .. }) => return self.gap(error),
+            Err(error @ (StreamError::Mirror { .. } | StreamError::Tracks { .. })) => return self.gap(error),
             Err(error) => return Err(error).context(format!("the daemon at {} is wrong", self.wanted.from)),
         }
         self.present(channel, message)?;

@@ -5,7 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use hopes_protocol::{Diff, Message, Mirror, MirrorError, Resume, Snapshot, StreamOpened, Window, is_name};
+use hopes_protocol::{
+    Diff, Message, Mirror, MirrorError, Resume, Snapshot, StreamOpened, TrackMirror, TrackMirrorError, Window, is_name,
+};
 use thiserror::Error;
 
 use crate::daemon::DEFAULT_STREAM;
@@ -22,6 +24,8 @@ pub struct Stream {
     pub epoch: u64,
     /// What is known of it.
     pub mirror: Mirror,
+    /// What is known of its tracks.
+    tracks: TrackMirror,
 }
 
 /// All that are followed, by number.
@@ -47,6 +51,14 @@ pub enum StreamError {
         name: String,
         /// What is wrong.
         source: MirrorError,
+    },
+    /// What it says of tracks does not lead on from what is held.
+    #[error("stream {name}")]
+    Tracks {
+        /// Of the stream.
+        name: String,
+        /// What is wrong.
+        source: TrackMirrorError,
     },
     /// It is about a stream that was never announced.
     #[error("there is no stream number {stream} in this subscription")]
@@ -86,7 +98,11 @@ impl Streams {
                 return proved(&stream.name, stream.mirror.apply_diff(diff));
             }
             Message::Dots(dots) => self.known(dots.stream).map(drop)?,
-            Message::Tracks(tracks) => self.known(tracks.stream).map(drop)?,
+            Message::Tracks(tracks) => {
+                let stream = self.known(tracks.stream)?;
+                let name = || stream.name.clone();
+                stream.tracks.apply(tracks).map_err(|source| StreamError::Tracks { name: name(), source })?;
+            }
             Message::Heartbeat(heartbeat) => self.known(heartbeat.stream).map(drop)?,
             Message::Lagged(lagged) => self.known(lagged.stream).map(drop)?,
             Message::Resumed(resumed) => self.known(resumed.stream).map(drop)?,
@@ -146,7 +162,8 @@ impl Streams {
         if self.0.len() >= STREAMS {
             return Err(StreamError::TooMany);
         }
-        self.0.insert(stream, Stream { name: name.clone(), epoch, mirror: mirror.unwrap_or_default() });
+        let tracks = TrackMirror::new();
+        self.0.insert(stream, Stream { name: name.clone(), epoch, mirror: mirror.unwrap_or_default(), tracks });
         Ok(())
     }
 

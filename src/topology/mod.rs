@@ -14,6 +14,13 @@
 //!                   (watcher)  (stars, borders)    (gaps)    (views)
 //! ```
 //!
+//! Persistent cycles are followed over frames by their holes:
+//!
+//! ```text
+//! most persistent dots -> sighting -> recognition -> track (events)
+//!                                    (assignment)    (hole, region)
+//! ```
+//!
 //! [`Pipeline`] runs them all, and chooses. Nothing here knows a clock, a channel, a socket, a file or a print; the only folder that knows of threads is
 //! `tiles`, which reduces on the current `rayon` pool, and the only file that imports the triangulation library is `delaunay`. The terms are those of V. Kurlin, "A one-dimensional homologically
 //! persistent skeleton of an unstructured point cloud in any metric space", Computer Graphics Forum 34(5), 2015. All scales

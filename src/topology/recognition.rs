@@ -32,7 +32,7 @@ pub struct Known<'a> {
     pub region: &'a Region,
     /// How far it has moved since.
     pub shift: [f64; 2],
-    /// A dot of less persistence is no continuation.
+    /// A dot of less persistence is no continuation, unless it is selected.
     pub least: f64,
 }
 
@@ -49,9 +49,11 @@ pub enum By {
 pub fn recognize(
     known: &[Known<'_>],
     sightings: &[Sighting],
+    is_selected: &[bool],
     find_region: impl Fn(&Sighting) -> Region,
 ) -> Vec<Option<(usize, By)>> {
-    let mut search = Search { known, sightings, own: vec![None; known.len()], is_taken: vec![false; sightings.len()] };
+    let (own, is_taken) = (vec![None; known.len()], vec![false; sightings.len()]);
+    let mut search = Search { known, sightings, is_selected, own, is_taken };
     search.by_triangle();
     let near = search.pairs_near();
     search.assign(&near, By::Place);
@@ -63,6 +65,7 @@ pub fn recognize(
 struct Search<'a> {
     known: &'a [Known<'a>],
     sightings: &'a [Sighting],
+    is_selected: &'a [bool],
     own: Vec<Option<(usize, By)>>,
     is_taken: Vec<bool>,
 }
@@ -73,10 +76,15 @@ impl Search<'_> {
             self.sightings.iter().enumerate().map(|(place, sighting)| (sighting.triangle, place)).collect();
         for (track, known) in self.known.iter().enumerate() {
             let Some(&place) = places.get(&known.triangle) else { continue };
-            if self.sightings[place].persistence() >= known.least {
+            if self.goes_on(known, place) {
                 self.give(track, place, By::Place);
             }
         }
+    }
+
+    /// Whether a sighting is persistent enough to be a track's.
+    fn goes_on(&self, known: &Known<'_>, place: usize) -> bool {
+        self.is_selected[place] || self.sightings[place].persistence() >= known.least
     }
 
     fn give(&mut self, track: usize, sighting: usize, by: By) {
@@ -109,7 +117,7 @@ impl Search<'_> {
                     .map(|center| remoteness(Hole { center, ..known.hole }, hole))
                     .into_iter()
                     .fold(f64::INFINITY, f64::min);
-                if cost <= 1.0 && self.sightings[place].persistence() >= known.least {
+                if cost <= 1.0 && self.goes_on(known, place) {
                     pairs.push(Pair { row: track, column: place, cost });
                 }
             }
@@ -125,7 +133,7 @@ impl Search<'_> {
             for (place, sighting) in self.sightings.iter().enumerate().filter(|&(place, _)| !self.is_taken[place]) {
                 let hole = sighting.hole;
                 let is_possible = are_alike(known.hole.radius, hole.radius)
-                    && sighting.persistence() >= known.least
+                    && self.goes_on(known, place)
                     && known.region.contains(back(hole.center, known.shift))
                     && regions.entry(place).or_insert_with(|| find_region(sighting)).contains(known.hole.center);
                 if is_possible {

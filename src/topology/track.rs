@@ -15,13 +15,13 @@ use super::sighting::{Sighting, Sightings};
 use super::skeleton::Hole;
 use super::view::ViewSpec;
 
-/// A dot goes on being a track's with this share of the persistence that it had when it was last selected.
+/// A dot that is not selected goes on being a track's with this share of the persistence that it had when it last was.
 const LEAST_SHARE: f64 = 0.5;
 
 /// Regions with so many vertices around them in all are looked at anew in a frame.
 const IN_TURN: usize = 256;
 
-/// For something of less than this share of its persistence, a track's region is not looked at anew: what it was decides.
+/// For a hole of less than this share of its radius, a track's region is not looked at anew: what it was decides.
 const SUBSTANTIAL: f64 = 0.25;
 
 /// The newest step's share in a velocity.
@@ -204,7 +204,7 @@ struct Life {
     shaped_at: [f64; 2],
     /// In which frame; 0 for never.
     shaped: u64,
-    /// A dot of less persistence is no continuation.
+    /// A dot of less persistence is no continuation, unless it is selected.
     least: f64,
     /// Frames on end in which it was not there.
     missed: u32,
@@ -260,12 +260,12 @@ impl Tracker {
     ) -> TrackStep {
         let Sightings { all, is_selected, left_out } = sightings;
         let known: Vec<Known<'_>> = self.lives.iter().map(|life| life.known(at.number)).collect();
-        let own = recognize(&known, &all, &find_region);
+        let own = recognize(&known, &all, &is_selected, &find_region);
         let mut is_new = is_selected.clone();
         own.iter().flatten().for_each(|&(place, _)| is_new[place] = false);
         let newcomers: Vec<usize> = (0..all.len()).filter(|&place| is_new[place]).collect();
-        // In whose hole something is new is best told by the holes as they were before.
-        let parents: Vec<Option<u64>> = newcomers.iter().map(|&place| self.held(all[place].hole.center)).collect();
+        // In whose hole something is new is told by the holes as they were before, or else as they are now: what divides slowly is one below the new dot's birth.
+        let before: Vec<Option<u64>> = newcomers.iter().map(|&place| self.held(all[place].hole.center)).collect();
         for (life, own) in self.lives.iter_mut().zip(own) {
             match own {
                 Some((place, by)) => life.see(at.number, &all[place], by, is_selected[place]),
@@ -273,7 +273,8 @@ impl Tracker {
             }
         }
         self.frame = at.number;
-        for (&place, parent) in newcomers.iter().zip(parents) {
+        for (&place, before) in newcomers.iter().zip(before) {
+            let parent = before.or_else(|| self.holds_now(all[place].hole, &find_region));
             self.lives.push(Life::new(self.next_key, at.number, all[place].clone(), parent));
             self.next_key += 1;
         }
@@ -305,10 +306,10 @@ impl Tracker {
     }
 
     /// The same among those that are there, as they are now.
-    fn holds_now(&mut self, track: &Track, find_region: &impl Fn(&Sighting) -> Region) -> Option<u64> {
-        let (frame, point) = (self.frame, track.hole.center);
+    fn holds_now(&mut self, hole: Hole, find_region: &impl Fn(&Sighting) -> Region) -> Option<u64> {
+        let (frame, point) = (self.frame, hole.center);
         let is_near = |life: &&mut Life| {
-            let is_small = track.persistence() < SUBSTANTIAL * life.track.persistence();
+            let is_small = hole.radius < SUBSTANTIAL * life.track.hole.radius;
             life.is_there() && !is_small && life.region.is_near(back(point, life.shift()))
         };
         self.lives.iter_mut().filter(is_near).for_each(|life| life.shape(frame, find_region));
@@ -324,20 +325,17 @@ impl Tracker {
         let mut ended = Vec::new();
         for place in 0..self.lives.len() {
             let life = &self.lives[place];
-            let (track, parent) = (life.track, life.parent);
+            let (hole, parent) = (life.track.hole, life.parent);
             let mut happenings = Vec::new();
             if life.missed >= miss.get() {
                 ended.push(life.key);
-                let heir = self.holds_now(&track, find_region);
+                let heir = self.holds_now(hole, find_region);
                 happenings.push(self.id_of(heir).map_or(Happening::Died, |into| Happening::Merged { into }));
             } else if life.is_there() {
                 happenings.extend(life.update(delta).map(Happening::Updated));
                 happenings.extend(life.sway(confirm, miss));
             } else if !life.is_announced && at.number - life.first_seen + 1 >= u64::from(confirm.get()) {
-                let parent = self.id_of(parent).or_else(|| {
-                    let parent = self.holds_now(&track, find_region);
-                    self.id_of(parent)
-                });
+                let parent = self.id_of(parent);
                 self.lives[place].shape(at.number, find_region);
                 happenings.push(parent.map_or(Happening::Born, |from| Happening::Split { from }));
             }

@@ -1,0 +1,229 @@
+//! Tracks over sockets: who wants them is told of them, from where he was told before, and nobody else is.
+
+use hopes_protocol::*;
+
+use crate::common::client::{Client, brief, bytes, hello};
+use crate::common::process::hopes;
+use crate::common::roles::{Consumer, DERIVED, Daemon, Point, Producer, open};
+
+/// A circle of radius 1, points on which stand a fourteenth apart.
+fn circle([x, y]: [f64; 2]) -> Vec<Point> {
+    let angle = |step: u32| std::f64::consts::TAU * f64::from(step) / 90.0;
+    (0..90).map(|step| (x + angle(step).cos(), y + angle(step).sin())).collect()
+}
+
+/// A stream whose frames replace each other: a circle that moves, and in every third frame another one.
+struct Film {
+    producer: Producer,
+    frame: u64,
+}
+
+impl Film {
+    fn new(daemon: &Daemon) -> Self {
+        let open = Open { window: Some(Window::Frames(1)), ..open("film") };
+        Self { producer: Producer::open(daemon.client(), open), frame: 0 }
+    }
+
+    fn step(&mut self) -> u64 {
+        let mut points = circle([self.frame as f64 * 0.05, 0.0]);
+        if self.frame % 6 >= 3 {
+            points.extend(circle([0.0, 9.0]));
+        }
+        self.frame += 1;
+        assert_eq!(self.producer.frame(&points), self.frame);
+        self.frame
+    }
+
+    fn steps(&mut self, count: usize) {
+        for _ in 0..count {
+            self.step();
+        }
+    }
+}
+
+/// Follows a stream and its tracks.
+struct Watcher {
+    consumer: Consumer,
+    tracks: TrackMirror,
+}
+
+impl Watcher {
+    fn new(daemon: &Daemon, wanted: TracksWanted) -> Self {
+        let mut consumer = daemon.consumer("film", DERIVED);
+        consumer.client.send(Consumer::CHANNEL, WantTracks { tracks: wanted });
+        Self { consumer, tracks: TrackMirror::new() }
+    }
+
+    /// The next message about tracks.
+    fn told(&mut self) -> Tracks {
+        loop {
+            if let Message::Tracks(tracks) = self.consumer.next() {
+                assert!(tracks.frame <= self.consumer.mirror.number(), "the frame was sent before");
+                self.tracks.apply(&tracks).unwrap();
+                return tracks;
+            }
+        }
+    }
+
+    fn told_to(&mut self, frame: u64) -> Vec<Tracks> {
+        let mut told = Vec::new();
+        while self.tracks.frame() < frame {
+            told.push(self.told());
+        }
+        told
+    }
+}
+
+const TRACKS: &str = "--track above:0.5";
+
+#[test]
+fn who_wants_tracks_is_told_of_them_frame_by_frame() {
+    let daemon = Daemon::start(TRACKS);
+    let mut film = Film::new(&daemon);
+    let mut watcher = Watcher::new(&daemon, TracksWanted::Alive);
+    let mut other = daemon.consumer("film", DERIVED);
+    for frame in 1..=12 {
+        film.step();
+        let tracks = watcher.told();
+        assert_eq!((tracks.frame, tracks.from), (frame, frame - 1));
+        assert_eq!(tracks.alive.map(|alive| alive.len()), Some(watcher.tracks.alive().len()));
+    }
+    let ids: Vec<u64> = watcher.tracks.alive().keys().copied().collect();
+    assert_eq!(ids, [1, 3], "the second circle's first track has ended");
+    let track = watcher.tracks.alive()[&1];
+    assert!((track.velocity.0 - 0.05).abs() < 0.01 && (track.area - std::f64::consts::PI).abs() < 0.1, "{track:?}");
+    let heard = other.follow_to(12);
+    assert!(!heard.iter().any(|message| matches!(message, Message::Tracks(_))), "{}", brief(&heard));
+    daemon.stop();
+}
+
+#[test]
+fn events_alone_come_when_something_has_happened() {
+    let daemon = Daemon::start("--track above:0.5 --track-delta 100");
+    let mut film = Film::new(&daemon);
+    let mut watcher = Watcher::new(&daemon, TracksWanted::Events);
+    film.steps(20);
+    let told = watcher.told_to(20);
+    assert!(told.iter().all(|tracks| (tracks.from == 0) == tracks.alive.is_some()));
+    assert!(told.iter().all(|tracks| tracks.from == 0 || !tracks.events.is_empty()));
+    let events = told.iter().flat_map(|tracks| &tracks.events);
+    let story: Vec<(u64, u64, Happening)> =
+        events.map(|event| (event.frame, event.track.id, event.happening)).collect();
+    let (born, died) = (Happening::Born, Happening::Died);
+    let whole = [(2, 1, born), (5, 2, born), (8, 2, died), (11, 3, born), (14, 3, died), (17, 4, born), (20, 4, died)];
+    // Who comes before the first frame is told of everything, who comes later from there on.
+    assert!(whole.ends_with(&story) && story.len() >= 5, "{story:?}");
+    daemon.stop();
+}
+
+#[test]
+fn who_comes_late_is_told_who_is_alive() {
+    let daemon = Daemon::start(TRACKS);
+    let mut film = Film::new(&daemon);
+    let mut first = Watcher::new(&daemon, TracksWanted::Cycles);
+    film.steps(5);
+    first.told_to(5);
+    let mut late = Watcher::new(&daemon, TracksWanted::Cycles);
+    let tracks = late.told();
+    assert_eq!((tracks.from, tracks.frame, tracks.cycles.len()), (0, 5, 2));
+    for cycle in &tracks.cycles {
+        assert_eq!(cycle.walks.iter().map(Vec::len).collect::<Vec<_>>(), [90]);
+        assert!(cycle.walks[0].iter().all(|vertex| late.consumer.mirror.vertices().contains_key(vertex)));
+    }
+    for _ in 0..8 {
+        film.step();
+        assert_eq!(late.told(), first.told());
+    }
+    assert_eq!((late.tracks.alive(), late.tracks.cycles()), (first.tracks.alive(), first.tracks.cycles()));
+    daemon.stop();
+}
+
+#[test]
+fn who_is_slow_misses_no_event() {
+    let daemon = Daemon::start("--track above:0.5 --consumer-queue 1KiB");
+    let mut film = Film::new(&daemon);
+    film.step();
+    let mut slow = Watcher::new(&daemon, TracksWanted::Events);
+    slow.told();
+    film.steps(400);
+    let told = slow.told_to(400);
+    let mut births: Vec<u64> = told
+        .iter()
+        .flat_map(|tracks| &tracks.events)
+        .filter(|event| event.happening == Happening::Born)
+        .map(|event| event.track.id)
+        .collect();
+    births.dedup();
+    assert_eq!(births, (1..=births.len() as u64).collect::<Vec<_>>());
+    assert!(births.len() > 60, "{births:?}");
+    daemon.stop();
+}
+
+#[test]
+fn tracks_can_be_switched_off_and_on() {
+    let daemon = Daemon::start(TRACKS);
+    let mut film = Film::new(&daemon);
+    let mut watcher = Watcher::new(&daemon, TracksWanted::Alive);
+    film.steps(3);
+    watcher.told_to(3);
+    watcher.consumer.client.send(Consumer::CHANNEL, WantTracks { tracks: TracksWanted::No });
+    watcher.consumer.client.settle();
+    film.step();
+    watcher.consumer.is_told_of(4);
+    film.step();
+    watcher.consumer.is_told_of(5);
+    watcher.consumer.client.send(Consumer::CHANNEL, WantTracks { tracks: TracksWanted::Alive });
+    let again = watcher.told();
+    assert_eq!((again.from, again.frame), (0, 5));
+    daemon.stop();
+}
+
+#[test]
+fn what_cannot_be_wanted_is_refused() {
+    let without = Daemon::start("");
+    Film::new(&without).step();
+    let wanted = WantTracks { tracks: TracksWanted::Alive };
+    let mut consumer = without.consumer("film", DERIVED);
+    consumer.is_shown(Cause::Start);
+    assert_eq!(consumer.client.is_refused(Consumer::CHANNEL, wanted), ErrorCode::BadOptions as u16);
+    assert_eq!(consumer.client.is_refused(7, wanted), ErrorCode::NoChannel as u16);
+    without.stop();
+}
+
+/// A client of version 1 does not know such messages, and so they are none.
+#[test]
+fn in_version_1_there_are_no_tracks() {
+    let daemon = Daemon::start(TRACKS);
+    let mut client = Client::silent(&daemon.address);
+    client.write(&Banner { lowest: 1, highest: 1 }.encode());
+    client.banner();
+    client.speaks(1);
+    client.write(&encode(1, 0, &hello().into()).unwrap());
+    assert!(matches!(client.hear_on(0), Message::Welcome(_)));
+    let wanted = bytes(3, WantTracks { tracks: TracksWanted::Alive });
+    client.write(&[&header(1, 0x020D, 3, 1), &wanted[HEADER..]].concat());
+    let report = client.error_on(3);
+    assert_eq!((report.code, report.answers), (ErrorCode::Unexpected as u16, 0x020D), "{}", report.text);
+    daemon.stop();
+}
+
+#[test]
+fn watch_tells_of_tracks() {
+    let daemon = Daemon::start(TRACKS);
+    let mut film = Film::new(&daemon);
+    film.step();
+    let from = format!("--from {} --stream film --frames 6 --tracks=all", daemon.address);
+    let watches = ["", "--output jsonl"].map(|output| {
+        let mut running = hopes("watch").and(&from).and(output).start();
+        let first = running.line().expect("the frame that is there");
+        (running, first)
+    });
+    film.steps(8);
+    let [text, lines] = watches.map(|(running, first)| first + "\n" + &running.finish().text());
+    assert!(text.contains("film  frame 1  0 tracks are alive\n"), "{text}");
+    assert!(!text.contains("film  frame 7"), "{text}");
+    assert!(text.contains("film  frame 2  track 1 is born: at (0.05, 0), 0.0349..1\n"), "{text}");
+    let lists = lines.lines().filter(|line| line.contains(r#""alive":[[1,"#)).count();
+    assert!(lists >= 4, "{lines}");
+    daemon.stop();
+}
