@@ -70,7 +70,7 @@ fn a_version_that_is_not_spoken_is_told_by_both_sides() {
         assert_eq!(peer.next(), None, "the client closes");
         let finished = client.finish();
         assert_eq!(finished.code, Some(1), "{}", finished.err);
-        for words in ["speaks protocol versions 7 to 8, this one 1 to 1", &daemon.address()] {
+        for words in ["speaks protocol versions 7 to 8, this one 1 to 2", &daemon.address()] {
             assert!(finished.err.contains(words), "{words}: {}", finished.err);
         }
     }

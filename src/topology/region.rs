@@ -61,10 +61,12 @@ impl Region {
     /// Whether a point is no farther from the box around it than half of the box' sides.
     pub(super) fn is_near(&self, point: [f64; 2]) -> bool {
         let [low, high] = self.bounds;
-        (0..2).all(|axis| {
-            let margin = 0.5 * (high[axis] - low[axis]);
-            low[axis] - margin <= point[axis] && point[axis] <= high[axis] + margin
-        })
+        let is_there = !self.boundary.is_empty();
+        is_there
+            && (0..2).all(|axis| {
+                let margin = 0.5 * (high[axis] - low[axis]);
+                low[axis] - margin <= point[axis] && point[axis] <= high[axis] + margin
+            })
     }
 }
 

@@ -151,7 +151,7 @@ fn a_damaged_recording_says_where() {
 fn what_is_no_recording_is_refused() {
     let banner = |lowest, highest| Banner { lowest, highest }.encode();
     replay("", b"points,in,a,table\n1,2,3,4\n").fails(1, &["not written by hopes", "-: "]);
-    replay("", banner(2, 9)).fails(1, &["too new or too old", "speaks protocol versions 2 to 9"]);
+    replay("", banner(3, 9)).fails(1, &["too new or too old", "speaks protocol versions 3 to 9"]);
     hopes("replay /nowhere/at.all").runs().fails(1, &["cannot open /nowhere/at.all"]);
     let frame = |kind, length| [&banner(1, 1)[..], &header(1, kind, 1, length)].concat();
     replay("", frame(0x0206, u32::MAX)).fails(1, &["damaged at byte 20", "4294967295 bytes"]);
