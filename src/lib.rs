@@ -40,5 +40,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod edges;
 pub mod scene;
 pub mod topology;
