@@ -1,18 +1,26 @@
-//! Gray out of colours, as OpenCV's `imread(..., IMREAD_GRAYSCALE)` has it for PNG, and out of the luma of video.
+//! Gray out of colours, as OpenCV's `imread(..., IMREAD_GRAYSCALE)` has it, and out of the luma of video.
 //!
-//! In: samples. Out: one byte a pixel. Invariants: gray stays as it is; weights are whole 32768ths of 0.299, 0.587 and 0.114, and what is left is cut off (16 bits a sample: rounded, then cut to 8). Must not know: where samples come from.
+//! In: samples. Out: one byte a pixel. Invariants: gray stays as it is; weights are whole 32768ths of 0.299, 0.587 and 0.114, which add up to 1; what is rounded how is as in libpng and libjpeg. Must not know: where samples come from.
 
 /// The weights of red, green and blue: libpng's, which add up to 1 << 15.
 const WEIGHTS: [u32; 3] = [9797, 19_234, 3737];
 
-/// Gray by weights only.
-pub fn from_rgb([red, green, blue]: [u8; 3]) -> u8 {
-    (weighted([red, green, blue].map(u32::from)) >> 15) as u8
+/// Half of what weights add up to, for rounding.
+const HALF: u32 = 1 << 14;
+
+/// Gray of samples of 8 bits, rounded down, as in PNG.
+pub fn from_rgb(samples: [u8; 3]) -> u8 {
+    (weighted(samples.map(u32::from)) >> 15) as u8
 }
 
-/// Gray of samples of 16 bits.
+/// Gray of samples of 8 bits, rounded, as in the few JPEG that have no luma.
+pub fn from_rgb_rounded(samples: [u8; 3]) -> u8 {
+    ((weighted(samples.map(u32::from)) + HALF) >> 15) as u8
+}
+
+/// Gray of samples of 16 bits: rounded, then cut to 8.
 pub fn from_deep_rgb(samples: [u16; 3]) -> u8 {
-    ((weighted(samples.map(u32::from)) + (1 << 14)) >> 23) as u8
+    ((weighted(samples.map(u32::from)) + HALF) >> 23) as u8
 }
 
 fn weighted(samples: [u32; 3]) -> u32 {
@@ -20,32 +28,45 @@ fn weighted(samples: [u32; 3]) -> u32 {
 }
 
 /// How light a sample stands for, where a file tells it: then colours are mixed as light is, as libpng does.
-///
-/// (Of 16 bits libpng has coarser tables than these, and may differ in the last bits.)
 #[derive(Clone, Debug)]
 pub struct Gamma {
+    /// Bits of a sample that tables leave out.
+    shift: u32,
     to_light: Vec<u16>,
     from_light: Vec<u16>,
 }
 
 impl Gamma {
-    /// The exponent that makes samples of light, such as 0.45455, and the largest sample. None if there is nothing to do: it is 1 or about that, or makes no sense.
-    pub fn new(exponent: f64, largest: u16) -> Option<Self> {
-        let makes_sense = exponent > 1e-4 && exponent < 1e4;
-        let differs = (exponent - 1.0).abs() > 0.05;
-        let scale = f64::from(largest);
-        let light = |sample: u16, exponent: f64| ((f64::from(sample) / scale).powf(exponent) * scale + 0.5) as u16;
-        let table = |exponent: f64| (0..=largest).map(|sample| light(sample, exponent)).collect();
-        (makes_sense && differs).then(|| Self { to_light: table(1.0 / exponent), from_light: table(exponent) })
+    /// For samples of 8 bits: the exponent that makes samples of light, such as 0.45455. None if there is nothing to do: it is 1 or about that, or makes no sense.
+    pub fn new(exponent: f64) -> Option<Self> {
+        Self::with(exponent, u8::MAX.into(), 0)
     }
 
-    /// Gray by light; no sample is above the largest.
+    /// For samples of 16 bits.
+    pub fn deep(exponent: f64) -> Option<Self> {
+        // 11 bits tell enough for a gray of 8.
+        Self::with(exponent, u16::MAX, 5)
+    }
+
+    fn with(exponent: f64, largest: u16, shift: u32) -> Option<Self> {
+        let makes_sense = exponent > 1e-4 && exponent < 1e4;
+        let differs = (exponent - 1.0).abs() > 0.05;
+        let last = largest >> shift;
+        let power = |entry: u16, exponent: f64| (f64::from(entry) / f64::from(last)).powf(exponent);
+        let table = |exponent: f64| {
+            (0..=last).map(|entry| (power(entry, exponent) * f64::from(largest) + 0.5) as u16).collect()
+        };
+        let tables = || Self { shift, to_light: table(1.0 / exponent), from_light: table(exponent) };
+        (makes_sense && differs).then(tables)
+    }
+
+    /// Gray by light; no sample has more bits than it is for.
     pub fn gray(&self, samples: [u16; 3]) -> u16 {
         match samples {
             [red, green, blue] if red == green && green == blue => red,
             _ => {
-                let light = weighted(samples.map(|sample| u32::from(self.to_light[usize::from(sample)])));
-                self.from_light[((light + (1 << 14)) >> 15) as usize]
+                let light = weighted(samples.map(|sample| u32::from(self.to_light[usize::from(sample >> self.shift)])));
+                self.from_light[(((light + HALF) >> 15) >> self.shift) as usize]
             }
         }
     }
@@ -62,7 +83,7 @@ mod tests {
 
     #[test]
     fn gray_stays_as_it_is() {
-        let gamma = Gamma::new(0.45455, 255).unwrap();
+        let gamma = Gamma::new(0.45455).unwrap();
         for gray in 0..=255 {
             assert_eq!(from_rgb([gray; 3]), gray);
             assert_eq!(from_deep_rgb([u16::from(gray) << 8 | 0x80; 3]), gray);
@@ -72,18 +93,20 @@ mod tests {
 
     #[test]
     fn green_is_lighter_than_red_and_red_than_blue() {
-        assert_eq!([[255, 0, 0], [0, 255, 0], [0, 0, 255]].map(from_rgb), [76, 149, 29]);
+        let colours = [[255, 0, 0], [0, 255, 0], [0, 0, 255]];
+        assert_eq!(colours.map(from_rgb), [76, 149, 29]);
+        assert_eq!(colours.map(from_rgb_rounded), [76, 150, 29]);
         let deep = [[u16::MAX, 0, 0], [0, u16::MAX, 0], [0, 0, u16::MAX]];
         assert_eq!(deep.map(from_deep_rgb), [76, 150, 29]);
         // Light is more than the number that stands for it.
-        let gamma = Gamma::new(0.45455, 255).unwrap();
-        assert_eq!([[255, 0, 0], [0, 255, 0], [0, 0, 255]].map(|colour| gamma.gray(colour)), [147, 200, 95]);
+        let gamma = Gamma::new(0.45455).unwrap();
+        assert_eq!(colours.map(|colour| gamma.gray(colour.map(u16::from))), [147, 200, 95]);
     }
 
     #[test]
     fn a_gamma_that_says_nothing_is_none() {
         for exponent in [1.0, 0.96, 0.0, -1.0, f64::NAN, f64::INFINITY, 1e9] {
-            assert!(Gamma::new(exponent, 255).is_none(), "{exponent}");
+            assert!(Gamma::new(exponent).is_none() && Gamma::deep(exponent).is_none(), "{exponent}");
         }
     }
 

@@ -128,7 +128,7 @@ fn png(bytes: &[u8]) -> Result<(Picture, Orientation), PictureError> {
             gray.append(row.data(), &mut pixels);
         }
     }
-    // All pixels are there. What comes after them may tell how to turn it, and whether it is whole does not matter.
+    // All pixels are there. What comes after them may tell how to turn it, and is not needed otherwise.
     drop(reader.finish());
     let exif = reader.info().exif_metadata.as_deref();
     Ok((Picture { width, height, pixels }, exif.map(orientation::of).unwrap_or_default()))
@@ -145,9 +145,12 @@ struct Gray {
 impl Gray {
     fn new((color, depth): (ColorType, BitDepth), exponent: f64) -> Self {
         let is_deep = depth == BitDepth::Sixteen;
-        let largest = if is_deep { u16::MAX } else { u8::MAX.into() };
-        let is_colour = color.samples() >= 3;
-        let gamma = if is_colour { gray::Gamma::new(exponent, largest) } else { None };
+        // Gray stays as it is.
+        let gamma = match (color.samples() >= 3, is_deep) {
+            (false, _) => None,
+            (true, false) => gray::Gamma::new(exponent),
+            (true, true) => gray::Gamma::deep(exponent),
+        };
         Self { channels: color.samples(), is_deep, gamma }
     }
 
@@ -195,7 +198,7 @@ fn jpeg(bytes: &[u8]) -> Result<(Picture, Orientation), PictureError> {
     let samples = decoder.decode().map_err(damaged)?;
     let pixels = match has_luma {
         true => samples,
-        false => samples.chunks_exact(3).map(|pixel| gray::from_rgb([pixel[0], pixel[1], pixel[2]])).collect(),
+        false => samples.chunks_exact(3).map(|pixel| gray::from_rgb_rounded([pixel[0], pixel[1], pixel[2]])).collect(),
     };
     let orientation = decoder.exif().map(|exif| orientation::of(exif)).unwrap_or_default();
     Ok((Picture { width: width as u32, height: height as u32, pixels }, orientation))
