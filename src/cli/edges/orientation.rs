@@ -66,7 +66,7 @@ impl Orientation {
         }
         let Picture { width, height, pixels } = picture;
         let (columns, rows) = (width as usize, height as usize);
-        let (new_columns, new_rows) = if self.turns % 2 == 0 { (columns, rows) } else { (rows, columns) };
+        let (new_columns, new_rows) = if self.turns.is_multiple_of(2) { (columns, rows) } else { (rows, columns) };
         let source = |x: usize, y: usize| {
             let (x, y) = match self.turns {
                 0 => (x, y),
