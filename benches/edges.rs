@@ -1,4 +1,5 @@
-//! Criterion benches of edge detection on one core: a frame of 1280 x 720 pixels, made of twelve times a piece of a film, and one of noise, at the paper's thresholds and at low ones.
+//! Criterion benches of edge detection on one core: a frame of 1280 x 720 pixels, made of twelve times a piece of a
+//! film, and one of noise, at the paper's thresholds and at low ones.
 //!
 //! A camera of 60 frames a second leaves 16.7 ms for each. Run: `cargo bench --bench edges`.
 

@@ -1,7 +1,9 @@
 //! Delivering points to a stream of a daemon: opening it, sending, and answers to all that was sent.
 //!
-//! In: [`Input`]s, from a thread of the caller's. Out: messages to a daemon; complaints about what it refuses. Three threads: the caller's reads, one sends, one takes the answers. Invariants: a bounded number of messages waits for an answer, so
-//! memory is bounded and a slow daemon slows the reading; all that was sent is answered before the end. Must not know: where points come from; the skeleton.
+//! In: [`Input`]s, from a thread of the caller's. Out: messages to a daemon; complaints about what it refuses. Three
+//! threads: the caller's reads, one sends, one takes the answers. Invariants: a bounded number of messages waits for an
+//! answer, so memory is bounded and a slow daemon slows the reading; all that was sent is answered before the end. Must
+//! not know: where points come from; the skeleton.
 
 mod ledger;
 
@@ -57,7 +59,8 @@ pub struct Delivery<'a> {
 }
 
 impl Delivery<'_> {
-    /// Delivers all that `read` finds: it is told how many points go into a message, and starts a thread that reads. Nobody waits for that thread: it may be blocked in a read that never returns.
+    /// Delivers all that `read` finds: it is told how many points go into a message, and starts a thread that reads.
+    /// Nobody waits for that thread: it may be blocked in a read that never returns.
     pub fn run(
         &self,
         progress: &ProgressBar,

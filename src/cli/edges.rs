@@ -1,7 +1,9 @@
 //! `hopes edges`: the edges of pictures and video, as points.
 //!
-//! In: options; pictures, or video. Out: a batch and a commit for each picture or frame, to stdout, a file or a daemon. Two threads: one decodes and finds edges, the other writes or [sends](super::delivery). Invariants: whoever takes points slowly slows the reading, and a bounded number of
-//! frames is under way; a frame that was begun is finished on a signal. Must not know: how edges are found.
+//! In: options; pictures, or video. Out: a batch and a commit for each picture or frame, to stdout, a file or a daemon.
+//! Two threads: one decodes and finds edges, the other writes or [sends](super::delivery). Invariants: whoever takes
+//! points slowly slows the reading, and a bounded number of frames is under way; a frame that was begun is finished on
+//! a signal. Must not know: how edges are found.
 
 mod files;
 mod finder;
@@ -32,7 +34,8 @@ use video::{Range, Size};
 
 /// Find the edges of pictures and video, as points.
 ///
-/// Edges are those of OpenCV's Canny (aperture 3, L1 norm, no blur), pixel by pixel, on gray levels from 0 to 255; thresholds mean the same. Each picture or frame is a frame of points, x to the right and y down.
+/// Edges are those of OpenCV's Canny (aperture 3, L1 norm, no blur), pixel by pixel, on gray levels from 0 to 255;
+/// thresholds mean the same. Each picture or frame is a frame of points, x to the right and y down.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   hopes edges photo.jpg > edges.csv
@@ -50,7 +53,8 @@ pub struct Edges {
     /// Bare frames of gray pixels have this size.
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
-    /// Black and white of video: full (0 and 255), limited (16 and 235) [default: as the video says, else limited, but full if it is gray].
+    /// Black and white of video: full (0 and 255), limited (16 and 235) [default: as the video says, else limited, but
+    /// full if it is gray].
     #[arg(long, value_enum, value_name = "LEVELS")]
     range: Option<RangeArg>,
     /// Gradients above LOW go on with an edge.
@@ -236,7 +240,8 @@ impl Edges {
     }
 }
 
-/// Starts the thread that finds edges. Nobody waits for it: it may be blocked in a read that never returns, and owns nothing that has to be finished.
+/// Starts the thread that finds edges. Nobody waits for it: it may be blocked in a read that never returns, and owns
+/// nothing that has to be finished.
 fn start<T: Send + 'static>(
     finder: Finder,
     files: Vec<PathBuf>,

@@ -1,7 +1,8 @@
 //! `hopes feed`: points of a file or a pipe, sent to a stream of a daemon.
 //!
-//! In: options; text, JSON lines, or the bytes of the protocol. Out: messages to a daemon; complaints about what it refuses. Invariants: one thread reads while others [deliver](super::delivery), with a bounded way between them; nobody waits
-//! for a reader that is blocked. Must not know: the skeleton; what is said on the way to a daemon.
+//! In: options; text, JSON lines, or the bytes of the protocol. Out: messages to a daemon; complaints about what it
+//! refuses. Invariants: one thread reads while others [deliver](super::delivery), with a bounded way between them;
+//! nobody waits for a reader that is blocked. Must not know: the skeleton; what is said on the way to a daemon.
 
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
@@ -20,7 +21,8 @@ use crate::daemon::Input;
 
 /// Send points to a stream of a daemon.
 ///
-/// A blank line, {"commit":true,"time":t}, --frame-points or the end of the input closes a frame. Points that the daemon refuses are reported with their line, and counted.
+/// A blank line, {"commit":true,"time":t}, --frame-points or the end of the input closes a frame. Points that the
+/// daemon refuses are reported with their line, and counted.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   sensor | hopes feed - --to unix:/tmp/hopes.sock --stream sensor --window points:10000 --frame-points 1000
@@ -35,7 +37,8 @@ pub struct Feed {
     /// Name of the stream; it is created if it is not there.
     #[arg(long, value_name = "NAME", default_value = "default", value_parser = name)]
     stream: String,
-    /// Which points stay: all, points:N (the last N), frames:N (the last N frames), time:T (the last T of event time) [default: as the stream has it, else all].
+    /// Which points stay: all, points:N (the last N), frames:N (the last N frames), time:T (the last T of event time)
+    /// [default: as the stream has it, else all].
     #[arg(long, value_name = "WINDOW", value_parser = window)]
     window: Option<hopes::topology::Window>,
     /// Snap positions to a grid of this step [default: as the stream has it, else none].
@@ -104,7 +107,8 @@ impl Feed {
         self.file == Path::new("-")
     }
 
-    /// Starts the reading thread. Nobody waits for it: it may be blocked in a read that never returns, and owns nothing that has to be finished.
+    /// Starts the reading thread. Nobody waits for it: it may be blocked in a read that never returns, and owns nothing
+    /// that has to be finished.
     fn read(&self, batch: usize, progress: &ProgressBar) -> anyhow::Result<Receiver<Input>> {
         let source = Source {
             file: (!self.is_stdin()).then(|| self.file.clone()),

@@ -1,7 +1,9 @@
 //! A Gaussian blur, as OpenCV's `GaussianBlur(image, (0, 0), sigma)` has it for 8 bits a pixel.
 //!
-//! In: an image and a standard deviation. Out: an image of the same size. Invariants: as OpenCV, to the bit: weights are whole 256ths, what is lost by rounding one is given to the next, and the middle one gets the rest, so they add up to 256;
-//! what lies outside of an image is its mirror image; nothing is rounded before the end. Must not know: what the image is for.
+//! In: an image and a standard deviation. Out: an image of the same size. Invariants: as OpenCV, to the bit: weights
+//! are whole 256ths, what is lost by rounding one is given to the next, and the middle one gets the rest, so they add
+//! up to 256; what lies outside of an image is its mirror image; nothing is rounded before the end. Must not know: what
+//! the image is for.
 
 use super::View;
 
@@ -106,7 +108,8 @@ mod tests {
     use super::*;
     use crate::edges::reference;
 
-    /// 256 times what `cv2.getGaussianKernel` gives, but rounded as `cv2.GaussianBlur` does; `tests/edges.rs` compares whole images.
+    /// 256 times what `cv2.getGaussianKernel` gives, but rounded as `cv2.GaussianBlur` does; `tests/edges.rs` compares
+    /// whole images.
     #[test]
     fn weights_are_those_of_opencv() {
         assert_eq!(weights(0.05), [256]);

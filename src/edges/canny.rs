@@ -1,9 +1,12 @@
 //! Canny's edges: where the gradient is largest across an edge, and strong enough along it.
 //!
-//! In: an image. Out: its edge pixels. Two steps: *thinning* marks each pixel whose gradient is above the low threshold and not smaller than that of its two neighbours in its direction; *following* keeps those that hang together, also over a corner, with one
-//! whose gradient is above the high threshold. No library has OpenCV's definition in pure Rust: `imageproc` blurs, takes the L2 norm and rounds directions in floating point.
+//! In: an image. Out: its edge pixels. Two steps: *thinning* marks each pixel whose gradient is above the low threshold
+//! and not smaller than that of its two neighbours in its direction; *following* keeps those that hang together, also
+//! over a corner, with one whose gradient is above the high threshold. No library has OpenCV's definition in pure Rust:
+//! `imageproc` blurs, takes the L2 norm and rounds directions in floating point.
 //!
-//! Invariants: as OpenCV, to the bit: which neighbour may be equal, where directions are cut, that gradients outside of the image are 0, and that thresholds are rounded down. Must not know: where images come from.
+//! Invariants: as OpenCV, to the bit: which neighbour may be equal, where directions are cut, that gradients outside of
+//! the image are 0, and that thresholds are rounded down. Must not know: where images come from.
 
 use super::View;
 use super::sobel::Line;
@@ -18,7 +21,8 @@ const STRONG: u8 = 2;
 /// Pixels that are thinned together, or passed over together where none is above the low threshold.
 const RUN: usize = 64;
 
-/// The tangent of 22.5 degrees, by which OpenCV cuts directions, as 16 bits after the point. (There it is 13573 with 15 of them, which is the same number.)
+/// The tangent of 22.5 degrees, by which OpenCV cuts directions, as 16 bits after the point. (There it is 13573 with 15
+/// of them, which is the same number.)
 const TANGENT: i32 = 2 * 13_573;
 
 /// No gradient is larger.
@@ -141,7 +145,8 @@ fn mark(around: Around<'_>, low: i16, high: i16, marks: &mut [u8]) {
     for at in 0..count {
         let size = here[at + 1];
         let (x, y) = (dx[at].abs(), dy[at].abs());
-        // Below 22.5 degrees: y < x tan 22.5. The right side is never whole (13573 is odd), but where x is 0, and there either y is not or nothing is marked.
+        // Below 22.5 degrees: y < x tan 22.5. The right side is never whole (13573 is odd), but where x is 0, and there
+        // either y is not or nothing is marked.
         let flat = ((i32::from(x) * TANGENT) >> 16) as i16;
         let is_flat = y <= flat;
         // Above 67.5 degrees, whose tangent is that of 22.5 degrees and 2.
@@ -223,7 +228,8 @@ mod tests {
 
     #[test]
     fn weak_edges_live_by_strong_ones_over_corners_and_far_away() {
-        // A step that fades from 250 to 60 as it goes down: it begins strong (1000), and goes on weak as long as it is above low.
+        // A step that fades from 250 to 60 as it goes down: it begins strong (1000), and goes on weak as long as it is
+        // above low.
         let pixels: Vec<u8> = (0..96).flat_map(|y| [0, 0, 250 - 2 * y, 250 - 2 * y]).collect();
         let long = edges(&pixels, 4, 150.0, 900.0);
         assert_eq!(long.len(), 96);

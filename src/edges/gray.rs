@@ -1,6 +1,7 @@
 //! Gray out of colours, as OpenCV's `imread(..., IMREAD_GRAYSCALE)` has it, and out of the luma of video.
 //!
-//! In: samples. Out: one byte a pixel. Invariants: gray stays as it is; weights are whole 32768ths of 0.299, 0.587 and 0.114, which add up to 1; what is rounded how is as in libpng and libjpeg. Must not know: where samples come from.
+//! In: samples. Out: one byte a pixel. Invariants: gray stays as it is; weights are whole 32768ths of 0.299, 0.587 and
+//! 0.114, which add up to 1; what is rounded how is as in libpng and libjpeg. Must not know: where samples come from.
 
 /// The weights of red, green and blue: libpng's, which add up to 1 << 15.
 const WEIGHTS: [u32; 3] = [9797, 19_234, 3737];
@@ -37,7 +38,8 @@ pub struct Gamma {
 }
 
 impl Gamma {
-    /// For samples of 8 bits: the exponent that makes samples of light, such as 0.45455. None if there is nothing to do: it is 1 or about that, or makes no sense.
+    /// For samples of 8 bits: the exponent that makes samples of light, such as 0.45455. None if there is nothing to
+    /// do: it is 1 or about that, or makes no sense.
     pub fn new(exponent: f64) -> Option<Self> {
         Self::with(exponent, u8::MAX.into(), 0)
     }

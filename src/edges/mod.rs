@@ -1,13 +1,16 @@
 //! Edges of gray images, as OpenCV's `Canny` defines them.
 //!
-//! In: gray images of 8 bits a pixel, as a [`View`] each. Out: edge pixels, row by row. Whoever has colours makes them [`gray`] first.
+//! In: gray images of 8 bits a pixel, as a [`View`] each. Out: edge pixels, row by row. Whoever has colours makes them
+//! [`gray`] first.
 //!
 //! ```text
 //! colours ─▶ gray ─▶ (crop) ─▶ (blur) ─▶ sobel ─▶ canny: thin, then follow ─▶ edge pixels
 //! ```
 //!
-//! Invariants: the pixels are exactly those of `cv2.Canny(image, low, high)` with an aperture of 3 and the L1 norm, and blurring before is exactly `cv2.GaussianBlur(image, (0, 0), sigma)`, so thresholds that somebody published
-//! mean the same here; integers decide everything; what an image costs is bounded by its pixels. Must not know: files, formats, video, topology.
+//! Invariants: the pixels are exactly those of `cv2.Canny(image, low, high)` with an aperture of 3 and the L1 norm, and
+//! blurring before is exactly `cv2.GaussianBlur(image, (0, 0), sigma)`, so thresholds that somebody published mean the
+//! same here; integers decide everything; what an image costs is bounded by its pixels. Must not know: files, formats,
+//! video, topology.
 
 mod blur;
 mod canny;

@@ -1,4 +1,5 @@
-//! The definitions once more, as plainly as they can be said, for tests to compare with: pixel by pixel, by formulas, with no care for speed.
+//! The definitions once more, as plainly as they can be said, for tests to compare with: pixel by pixel, by formulas,
+//! with no care for speed.
 //!
 //! In and out as in `canny` and `blur`. Invariants: shares no code with them. Must not know: how they do it.
 

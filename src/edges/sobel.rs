@@ -1,7 +1,9 @@
 //! Gradients of an image, row by row, as OpenCV's `Sobel` with an aperture of 3 has them.
 //!
-//! In: a row of pixels and the ones above and below. Out: a [`Line`]: the gradient in x and y of each pixel, and its size in the L1 norm. Invariants: what lies outside of an image is as its nearest pixel; all is exact in 16 bits (a gradient is
-//! 1020 at the most, its size 2040); there is no branch on a pixel, so that several are computed at once. Must not know: what is an edge.
+//! In: a row of pixels and the ones above and below. Out: a [`Line`]: the gradient in x and y of each pixel, and its
+//! size in the L1 norm. Invariants: what lies outside of an image is as its nearest pixel; all is exact in 16 bits (a
+//! gradient is 1020 at the most, its size 2040); there is no branch on a pixel, so that several are computed at once.
+//! Must not know: what is an edge.
 
 /// The gradients of a row.
 #[derive(Clone, Debug, Default)]

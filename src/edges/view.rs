@@ -1,6 +1,7 @@
 //! A gray image, or a part of one, as the stages look at it.
 //!
-//! In: pixels in memory, row by row. Out: rows. Invariants: a view has at least one pixel and at most [`MOST_PIXELS`], and all of its rows are there. Must not know: what is looked for in it.
+//! In: pixels in memory, row by row. Out: rows. Invariants: a view has at least one pixel and at most [`MOST_PIXELS`],
+//! and all of its rows are there. Must not know: what is looked for in it.
 
 use thiserror::Error;
 

@@ -12,7 +12,8 @@ type Pixels = BTreeSet<[u32; 2]>;
 /// What OpenCV was asked for, by its bit, and how we ask for the same.
 const SETTINGS: [(u8, &str); 3] = [(128, ""), (64, "--low 50 --ratio 2"), (32, "--low 40 --blur 1.4")];
 
-/// What share of the pixels of either must also be in the other. PNG is decoded the same by everybody; of a JPEG's levels one in some is off by one, and a blurred slope has many that nearly tie.
+/// What share of the pixels of either must also be in the other. PNG is decoded the same by everybody; of a JPEG's
+/// levels one in some is off by one, and a blurred slope has many that nearly tie.
 fn least(is_jpeg: bool, bit: u8) -> f64 {
     match (is_jpeg, bit) {
         (false, _) => 1.0,

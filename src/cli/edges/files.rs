@@ -1,6 +1,7 @@
 //! Which files are meant: those that are named, and the pictures of folders that are.
 //!
-//! In: names. Out: files, in order. Invariants: the pictures of a folder come in the order of their names as people count: 2 before 10; what is not there is told before anything is read. Must not know: what is in files.
+//! In: names. Out: files, in order. Invariants: the pictures of a folder come in the order of their names as people
+//! count: 2 before 10; what is not there is told before anything is read. Must not know: what is in files.
 
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,9 @@
 //! From files to edges, one picture or frame after the other.
 //!
-//! In: files, or stdin. Out: [`Found`]: the edge pixels of each picture and frame, or why one cannot be used. Invariants: pictures and frames come in order, and are counted whether they can be used or not, so that one that cannot does not shift the time of
-//! others; memory is bounded by the largest one; whoever does not listen any more ends it. Must not know: where edges go.
+//! In: files, or stdin. Out: [`Found`]: the edge pixels of each picture and frame, or why one cannot be used.
+//! Invariants: pictures and frames come in order, and are counted whether they can be used or not, so that one that
+//! cannot does not shift the time of others; memory is bounded by the largest one; whoever does not listen any more
+//! ends it. Must not know: where edges go.
 
 use std::fmt::Display;
 use std::fs::File;

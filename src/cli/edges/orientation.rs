@@ -1,6 +1,7 @@
 //! How a camera was held, and pictures turned accordingly.
 //!
-//! In: Exif, which is a TIFF without a picture. Out: an [`Orientation`]; pictures turned by it. Invariants: Exif that makes no sense turns nothing. Must not know: where Exif stands in files.
+//! In: Exif, which is a TIFF without a picture. Out: an [`Orientation`]; pictures turned by it. Invariants: Exif that
+//! makes no sense turns nothing. Must not know: where Exif stands in files.
 
 use super::picture::Picture;
 

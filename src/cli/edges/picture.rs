@@ -1,7 +1,9 @@
 //! Pictures in files: PNG and JPEG, to gray.
 //!
-//! In: the bytes of a file. Out: a [`Picture`], as `cv2.imread(file, IMREAD_GRAYSCALE)` has it: weights of colours, transparency left out, turned as its Exif says. Invariants: a picture has at most [`MOST_PIXELS`] and a file at most [`MOST_BYTES`],
-//! and memory is bounded by them; one that is cut off or damaged is refused as a whole. Must not know: what is looked for in pictures.
+//! In: the bytes of a file. Out: a [`Picture`], as `cv2.imread(file, IMREAD_GRAYSCALE)` has it: weights of colours,
+//! transparency left out, turned as its Exif says. Invariants: a picture has at most [`MOST_PIXELS`] and a file at most
+//! [`MOST_BYTES`], and memory is bounded by them; one that is cut off or damaged is refused as a whole. Must not know:
+//! what is looked for in pictures.
 
 use std::io::{self, Cursor, Read};
 

@@ -1,7 +1,9 @@
 //! Video without compression: YUV4MPEG2, or bare frames of gray pixels.
 //!
-//! In: bytes. Out: gray frames, one after the other. Invariants: memory grows with the bytes that have come, never with a size that is announced, and a frame has at most [`MOST_PIXELS`](hopes::edges::MOST_PIXELS); luma from 16 to 235 is stretched
-//! to 0 to 255, as it is where OpenCV reads video; what is cut off is not taken for a frame. Must not know: what is looked for in frames.
+//! In: bytes. Out: gray frames, one after the other. Invariants: memory grows with the bytes that have come, never with
+//! a size that is announced, and a frame has at most [`MOST_PIXELS`](hopes::edges::MOST_PIXELS); luma from 16 to 235 is
+//! stretched to 0 to 255, as it is where OpenCV reads video; what is cut off is not taken for a frame. Must not know:
+//! what is looked for in frames.
 
 use std::io::{self, BufRead, Read};
 use std::str::FromStr;

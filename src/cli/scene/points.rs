@@ -1,6 +1,7 @@
 //! The points of a scene, in the forms that `serve` and `feed` read.
 //!
-//! In: frames. Out: whole clouds as text, or changes as JSON lines or messages of the protocol. Invariants: what goes is said before what comes. Must not know: scenes, truth, how points are written.
+//! In: frames. Out: whole clouds as text, or changes as JSON lines or messages of the protocol. Invariants: what goes
+//! is said before what comes. Must not know: scenes, truth, how points are written.
 
 use std::io::{self, Write};
 
