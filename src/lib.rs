@@ -9,9 +9,9 @@
 //! ```
 //!
 //! The library is the pure core, [`topology`], and beside it [`scene`], which makes streams of points whose true holes
-//! are known, and [`edges`], which finds those of images; the program `hopes` (feature `daemon`, on by default) puts
-//! files, threads and formats around it. To embed the core alone: `hopes = { version = "0.1", default-features = false
-//! }`.
+//! are known, and [`edges`], which finds edges in images; the program `hopes` (feature `daemon`, on by default) puts
+//! files, threads and formats around it. To embed the core alone:
+//! `hopes = { version = "0.1", default-features = false }`.
 //!
 //! ```
 //! use hopes::topology::{Follower, Options, Pipeline, Snapshot, ViewSpec};
