@@ -1,15 +1,17 @@
 //! `hopes` turns a live stream of 2D points into a live skeleton.
 //!
-//! It keeps a dynamic Delaunay triangulation of the points, computes their homologically persistent skeleton (HoPeS: the minimum
-//! spanning tree and the critical edges that give birth to persistent cycles) once per frame, and tells what changed. There is
-//! no scale parameter: the widest gaps of the persistence diagram choose the cycles.
+//! It keeps a dynamic Delaunay triangulation of the points, computes their homologically persistent skeleton (HoPeS:
+//! the minimum spanning tree and the critical edges that give birth to persistent cycles) once per frame, and tells
+//! what changed. There is no scale parameter: the widest gaps of the persistence diagram choose the cycles.
 //!
 //! ```text
 //!  points ──▶ cloud ──▶ Delaunay ──▶ alpha filtration ──▶ reduction ──▶ HoPeS ──▶ view (k, l) ──▶ diff
 //! ```
 //!
-//! The library is the pure core, [`topology`], and beside it [`scene`], which makes streams of points whose true holes are known; the program `hopes` (feature `daemon`, on by default) puts files, threads and formats around
-//! it. To embed the core alone: `hopes = { version = "0.1", default-features = false }`.
+//! The library is the pure core, [`topology`], and beside it [`scene`], which makes streams of points whose true holes
+//! are known, and [`edges`], which finds edges in images; the program `hopes` (feature `daemon`, on by default) puts
+//! files, threads and formats around it. To embed the core alone:
+//! `hopes = { version = "0.1", default-features = false }`.
 //!
 //! ```
 //! use hopes::topology::{Follower, Options, Pipeline, Snapshot, ViewSpec};
@@ -40,5 +42,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod edges;
 pub mod scene;
 pub mod topology;

@@ -6,12 +6,16 @@
 mod aligned;
 mod args;
 mod compute;
+mod delivery;
+mod edges;
 mod feed;
 mod follow;
 mod formats;
 mod input;
 mod network;
+mod pace;
 mod picture;
+mod point_writer;
 mod points;
 mod recheck;
 mod record;
@@ -59,6 +63,7 @@ enum Command {
     Replay(replay::Replay),
     Tracks(tracks::Tracks),
     Scene(scene::Play),
+    Edges(edges::Edges),
 }
 
 /// Why a subcommand did not succeed.
@@ -105,6 +110,7 @@ impl Cli {
             Command::Replay(replay) => replay.run(),
             Command::Tracks(tracks) => tracks.run(),
             Command::Scene(play) => play.run(),
+            Command::Edges(edges) => edges.run(),
         }
     }
 }

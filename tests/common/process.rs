@@ -206,9 +206,14 @@ impl Running {
 impl Running {
     /// The most memory that it has ever had resident, in bytes.
     pub fn peak_memory(&self) -> u64 {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap();
-        let peak = field(&status, "VmHWM").strip_suffix("kB").unwrap().trim();
-        peak.parse::<u64>().unwrap() * 1024
+        self.peak_if_alive().expect("it is alive")
+    }
+
+    /// As that, of one that may have ended: then nothing is known.
+    pub fn peak_if_alive(&self) -> Option<u64> {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).ok()?;
+        let peak = field(&status, "VmHWM").strip_suffix("kB")?.trim();
+        Some(peak.parse::<u64>().ok()? * 1024)
     }
 
     /// The time that it has spent on processors, in clock ticks.

@@ -1,7 +1,9 @@
 //! What was sent and is not answered yet, and what came of the rest.
 //!
-//! In: messages as they are sent, answers as they come, from two threads. Out: counts; whether there is room to send more; why it is over. Invariants: every message has one answer, and every answer belongs to a message; what is refused is
-//! reported with the line that it stands on; the first reason to end is the one that is told. Must not know: sockets, how points are read.
+//! In: messages as they are sent, answers as they come, from two threads. Out: counts; whether there is room to send
+//! more; why it is over. Invariants: every message has one answer, and every answer belongs to a message; what is
+//! refused is reported with the line that it stands on; the first reason to end is the one that is told. Must not know:
+//! sockets, how points are read.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -82,7 +84,8 @@ impl Ledger {
         self.state().unanswered.insert(sequence, sent);
     }
 
-    /// Waits until fewer messages than that are under way, or it is over, or a moment has passed. How many are under way, none if it is over.
+    /// Waits until fewer messages than that are under way, or it is over, or a moment has passed. How many are under
+    /// way, none if it is over.
     pub fn wait(&self, fewer_than: usize, moment: Duration) -> Option<usize> {
         let goes_on = |state: &mut State| state.end.is_none() && state.unanswered.len() >= fewer_than;
         let waited = self.changed.wait_timeout_while(self.state(), moment, goes_on);

@@ -1,0 +1,122 @@
+//! Points on their way out, in the forms that `serve` and `feed` read.
+//!
+//! In: points to add and to take back, ends of frames. Out: text, JSON lines, or messages of the protocol. Invariants:
+//! numbers are written so that they are read as the same; no line and no message has more than a bounded number of
+//! points. Must not know: where points come from.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+
+use clap::ValueEnum;
+use hopes_protocol::{Banner, Batch, Commit, Message, Retract, VERSION, encode};
+use serde::Serialize;
+
+use crate::daemon::BATCH;
+
+/// How points are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum PointForm {
+    /// x,y a line, and a blank line at the end of a frame.
+    #[default]
+    Text,
+    /// JSON lines: {"points":[[x,y],...]}, and {"commit":true,"time":t} at the end of a frame.
+    Jsonl,
+    /// Messages of the protocol: Batch and Commit.
+    Bin,
+}
+
+/// A coordinate of a point.
+pub trait Coordinate: Copy + Display + Serialize + Into<f64> {}
+
+impl<T: Copy + Display + Serialize + Into<f64>> Coordinate for T {}
+
+/// The channel on which messages stand.
+const CHANNEL: u32 = 1;
+
+/// Writes points.
+pub struct PointWriter<W> {
+    form: PointForm,
+    sink: W,
+    /// Of the next message.
+    sequence: u64,
+}
+
+/// A line of JSON.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Line<'a, C> {
+    Retract {
+        retract: &'a [[C; 2]],
+    },
+    Points {
+        points: &'a [[C; 2]],
+    },
+    Commit {
+        commit: bool,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        time: Option<f64>,
+    },
+}
+
+impl<W: Write> PointWriter<W> {
+    /// Begins.
+    pub fn new(form: PointForm, mut sink: W) -> io::Result<Self> {
+        if form == PointForm::Bin {
+            sink.write_all(&Banner { lowest: VERSION, highest: VERSION }.encode())?;
+        }
+        Ok(Self { form, sink, sequence: 0 })
+    }
+
+    /// Adds points.
+    pub fn add<C: Coordinate>(&mut self, points: &[[C; 2]]) -> io::Result<()> {
+        match self.form {
+            PointForm::Text => points.iter().try_for_each(|[x, y]| writeln!(self.sink, "{x},{y}")),
+            PointForm::Jsonl => points.chunks(BATCH).try_for_each(|points| self.line(&Line::Points { points })),
+            PointForm::Bin => points.chunks(BATCH).try_for_each(|points| {
+                let (points, times, tags) = (pairs(points), Vec::new(), Vec::new());
+                self.message(|sequence| Batch { sequence, points, times, tags }.into())
+            }),
+        }
+    }
+
+    /// Takes points back; text has no way to say so.
+    pub fn retract<C: Coordinate>(&mut self, points: &[[C; 2]]) -> io::Result<()> {
+        match self.form {
+            PointForm::Text => Ok(()),
+            PointForm::Jsonl => points.chunks(BATCH).try_for_each(|retract| self.line(&Line::Retract { retract })),
+            PointForm::Bin => points.chunks(BATCH).try_for_each(|points| {
+                let points = pairs(points);
+                self.message(|sequence| Retract { sequence, points }.into())
+            }),
+        }
+    }
+
+    /// Closes a frame; text has no way to say its time.
+    pub fn commit(&mut self, time: Option<f64>) -> io::Result<()> {
+        match self.form {
+            PointForm::Text => writeln!(self.sink),
+            PointForm::Jsonl => self.line::<f64>(&Line::Commit { commit: true, time }),
+            PointForm::Bin => self.message(|sequence| Commit { sequence, time }.into()),
+        }
+    }
+
+    /// Lets go of all that was written.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.sink.flush()
+    }
+
+    fn line<C: Coordinate>(&mut self, line: &Line<'_, C>) -> io::Result<()> {
+        serde_json::to_writer(&mut self.sink, line)?;
+        writeln!(self.sink)
+    }
+
+    fn message(&mut self, message: impl FnOnce(u64) -> Message) -> io::Result<()> {
+        let message = message(self.sequence);
+        self.sequence += 1;
+        self.sink.write_all(&encode(VERSION, CHANNEL, &message).map_err(io::Error::other)?)
+    }
+}
+
+fn pairs<C: Coordinate>(points: &[[C; 2]]) -> Vec<(f64, f64)> {
+    points.iter().map(|&[x, y]| (x.into(), y.into())).collect()
+}
