@@ -111,7 +111,7 @@ class Settings:
 
     hopes: str
     frames: int | None = None
-    points_per_radius: float | None = None
+    points_per_radius: int | None = None
     churn: float | None = None
     confirm: int | None = None
     miss: int | None = None
@@ -301,7 +301,7 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     option("--seeds", type=positive, help=f"runs of each scene (default: {SEEDS}, and one more of {EXTRA[0]})")
     option("--noises", type=list_of(float), help="shares of the radius (default: 0,0.05,0.1,0.2,0.3)")
     option("--frames", type=positive, help="frames of a run (default: that of hopes scene)")
-    option("--points-per-radius", type=float, help="density (default: that of hopes scene)")
+    option("--points-per-radius", type=positive, help="density (default: that of hopes scene)")
     option("--churn", type=float, help="share of the points that is new in a frame (default: that of hopes scene)")
     option("--confirm", type=positive, help="serve's --track-confirm (default: that of hopes serve)")
     option("--miss", type=positive, help="serve's --track-miss (default: that of hopes serve)")

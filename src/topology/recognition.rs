@@ -28,7 +28,7 @@ pub struct Known<'a> {
     pub hole: Hole,
     /// Where it should be now.
     pub expected: [f64; 2],
-    /// What it took up when that was looked at last.
+    /// What it took up when that was looked at last; unknown before the track is announced, and then the other's region decides alone.
     pub region: &'a Region,
     /// How far it has moved since.
     pub shift: [f64; 2],
@@ -134,7 +134,7 @@ impl Search<'_> {
                 let hole = sighting.hole;
                 let is_possible = are_alike(known.hole.radius, hole.radius)
                     && self.goes_on(known, place)
-                    && known.region.contains(back(hole.center, known.shift))
+                    && (known.region.is_unknown() || known.region.contains(back(hole.center, known.shift)))
                     && regions.entry(place).or_insert_with(|| find_region(sighting)).contains(known.hole.center);
                 if is_possible {
                     // Any of them is possible; the nearest is the likeliest.

@@ -41,6 +41,11 @@ impl Region {
         &self.boundary
     }
 
+    /// Whether it has not been looked at: no region is without a boundary.
+    pub(super) fn is_unknown(&self) -> bool {
+        self.boundary.is_empty()
+    }
+
     /// How many vertices are around it.
     pub(super) fn vertex_count(&self) -> usize {
         self.boundary.iter().map(Vec::len).sum()

@@ -610,6 +610,27 @@ mod tests {
         assert_eq!((step.number, step.events[0].happening, step.events[0].track.age), (3, Happening::Born, 3));
     }
 
+    /// Where an annulus is filled last is anywhere on a circle, from the first frame on.
+    #[test]
+    fn an_annulus_is_announced_though_its_centre_jumps() {
+        let mut scene = Scene::new(ABOVE);
+        let turned = |angle: f64| -> Points {
+            let (sin, cos) = angle.sin_cos();
+            // A dent inwards on the outer ring's far side leaves the widest place opposite.
+            let dented = |[x, y]: [f64; 2]| if x < 0.0 { [0.96 * x, y] } else { [x, y] };
+            let rings = [ring(126, 20.0).into_iter().map(dented).collect(), ring(40, 6.0)].concat();
+            rings.into_iter().map(|[x, y]| [cos * x - sin * y, sin * x + cos * y]).collect()
+        };
+        let first = scene.show(&turned(0.0));
+        assert_eq!(first.events, []);
+        let second = scene.show(&turned(2.5));
+        let born: Vec<f64> = second.events.iter().map(|event| event.track.hole.radius.round()).collect();
+        assert_eq!(born, [7.0, 6.0], "{second:?}");
+        let third = scene.show(&turned(5.0));
+        assert!(third.events.iter().all(|event| matches!(event.happening, Happening::Updated(_))), "{third:?}");
+        assert_eq!(third.alive.len(), 2);
+    }
+
     /// Rings that jump about, some close to each other, in clouds of every kind; between frames a part of the points changes.
     fn frames() -> impl Strategy<Value = Vec<Points>> {
         let circle = (8..30_u32, 0.2..1.5, -2.0..2.0, -2.0..2.0);
