@@ -1,7 +1,8 @@
 //! What those may see and do who come by another way than the daemon's sockets, such as its page.
 //!
-//! In: questions, and connections that carry the protocol. Out: how the daemon is, the newest frame of a stream, a peer who may only read. Invariants: nothing asked here
-//! changes a stream, and no engine waits for who asks. Must not know: how guests come.
+//! In: questions, and connections that carry the protocol. Out: how the daemon is, the newest frame of a stream, a
+//! peer who may only read. Invariants: nothing asked here changes a stream, and no engine waits for who asks. Must not
+//! know: how guests come.
 
 use std::fmt;
 use std::sync::Arc;

@@ -1,21 +1,29 @@
 //! The files of the page, which are part of the program.
 //!
-//! In: a path. Out: a file, its kind and its version. Invariants: whatever lies in `page/` is served, and nothing else. Must not know: what the files do.
+//! In: a path. Out: a file, its kind and its version. Invariants: whatever lies in `page/` is served, and nothing
+//! else. Must not know: what the files do.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// Name, kind and contents of each file.
+/// Name and contents of each file.
 macro_rules! files {
-    ($($name:literal: $kind:ident),* $(,)?) => {
-        [$(($name, $kind, include_bytes!(concat!("page/", $name)))),*]
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_bytes!(concat!("page/", $name)))),*]
     };
 }
 
-const HTML: &str = "text/html; charset=utf-8";
-const CSS: &str = "text/css; charset=utf-8";
-const SCRIPT: &str = "text/javascript; charset=utf-8";
+const FILES: &[(&str, &[u8])] = files!["index.html", "page.js", "style.css"];
 
-const FILES: &[(&str, &str, &[u8])] = &files!["index.html": HTML, "page.js": SCRIPT, "style.css": CSS];
+/// What kind of file has such a name.
+fn kind(name: &str) -> &'static str {
+    match name.rsplit_once('.').map_or("", |(_, ending)| ending) {
+        "html" => "text/html; charset=utf-8",
+        "css" => "text/css; charset=utf-8",
+        "js" => "text/javascript; charset=utf-8",
+        "svg" => "image/svg+xml",
+        _ => "application/octet-stream",
+    }
+}
 
 /// A file.
 #[derive(Debug)]
@@ -36,10 +44,10 @@ pub struct Assets(Vec<Asset>);
 impl Assets {
     /// Those that were there when the program was made.
     pub fn new() -> Self {
-        let asset = |&(name, kind, body): &(&'static str, &'static str, &'static [u8])| {
+        let asset = |&(name, body): &(&'static str, &'static [u8])| {
             let mut hasher = DefaultHasher::new();
             body.hash(&mut hasher);
-            Asset { name, kind, body, tag: format!("\"{:016x}\"", hasher.finish()) }
+            Asset { name, kind: kind(name), body, tag: format!("\"{:016x}\"", hasher.finish()) }
         };
         Self(FILES.iter().map(asset).collect())
     }

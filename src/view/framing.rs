@@ -1,7 +1,8 @@
 //! Frames of WebSockets (RFC 6455), taken apart as they come and made.
 //!
-//! In: bytes of a client, in pieces of any size. Out: the carried bytes, unmasked where they lie, and what control frames ask for. Invariants: nothing is kept of a message but
-//! where in its frame we are, however long it says it is; a frame that breaks the rules is refused by name. Must not know: sockets, what is carried.
+//! In: bytes of a client, in pieces of any size. Out: the carried bytes, unmasked where they lie, and what control
+//! frames ask for. Invariants: nothing is kept of a message but where in its frame we are, however long it says it is;
+//! a frame that breaks the rules is refused by name. Must not know: sockets, what is carried.
 
 use thiserror::Error;
 

@@ -1,7 +1,8 @@
 //! Requests as they come, and answers as they go (HTTP/1.1): one on a connection.
 //!
-//! In: the bytes of a head. Out: a [`Request`], checked against what this place is called; the bytes of an [`Answer`]. Invariants: a request
-//! for another host, or from a page of another one, is refused before anybody looks at its path; every answer forbids what the page does not need. Must not know: what there is to see.
+//! In: the bytes of a head. Out: a [`Request`], checked against what this place is called; the bytes of an [`Answer`].
+//! Invariants: a request for another host, or from a page of another one, is refused before anybody looks at its path;
+//! every answer forbids what the page does not need. Must not know: what there is to see.
 
 use std::fmt::Write;
 

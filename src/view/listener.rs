@@ -1,7 +1,9 @@
 //! Where visitors connect: one port, a thread for each visitor, one answer each.
 //!
-//! In: a place, and the daemon as guests see it. Out: answers, and peers for those who ask for a WebSocket. Invariants: this machine only, unless asked for; a visitor who does not say what he
-//! wants, or does not take the answer, is sent away after a while; who is one too many is told so at once; threads are named, and joined. Must not know: what is answered.
+//! In: a place, and the daemon as guests see it. Out: answers, and peers for those who ask for a WebSocket.
+//! Invariants: this machine only, unless asked for; a visitor who does not say what he wants, or does not take the
+//! answer, is sent away after a while; who is one too many is told so at once; threads are named, and joined. Must not
+//! know: what is answered.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -254,7 +256,8 @@ fn hear(socket: &Socket, patience: Duration) -> Option<(Result<Request, Refusal>
     }
 }
 
-/// Hangs up. What the visitor still says is read for a moment: a system that throws it away tells him to throw our answer away.
+/// Hangs up. What the visitor still says is read for a moment: a system that throws it away tells him to throw our
+/// answer away.
 fn part(socket: &Socket) {
     socket.shutdown(Shutdown::Write);
     let deadline = Instant::now() + FAREWELL;

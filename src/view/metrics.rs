@@ -1,6 +1,7 @@
 //! The daemon's numbers for Prometheus (text format 0.0.4).
 //!
-//! In: how the daemon is. Out: one family after another, with a line a stream. Invariants: names of streams, which are anybody's, are escaped. Must not know: how the numbers come about.
+//! In: how the daemon is. Out: one family after another, with a line a stream. Invariants: names of streams, which are
+//! anybody's, are escaped. Must not know: how the numbers come about.
 
 use std::fmt::{Display, Write};
 

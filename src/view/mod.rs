@@ -6,8 +6,10 @@
 //!            └─▶ websocket ─▶ a peer of the daemon, who may only read
 //! ```
 //!
-//! In: connections. Out: the page and its files, `/healthz`, `/metrics`, `/api/streams`, `/api/streams/NAME/snapshot`; at `/ws` the protocol itself, byte by byte. Invariants: nobody changes
-//! anything here; what another site's page asks for in a visitor's name is refused or stays unreadable for it; whatever is sent, or not read, costs one thread and a bounded buffer. Must not know: engines, geometry.
+//! In: connections. Out: the page and its files, `/healthz`, `/metrics`, `/api/streams`, `/api/streams/NAME/snapshot`;
+//! at `/ws` the protocol itself, byte by byte. Invariants: nobody changes anything here; what another site's page asks
+//! for in a visitor's name is refused or stays unreadable for it; whatever is sent, or not read, costs one thread and
+//! a bounded buffer. Must not know: engines, geometry.
 
 mod assets;
 mod framing;

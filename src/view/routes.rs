@@ -1,7 +1,7 @@
 //! What is where: paths and their answers.
 //!
-//! In: a request that is meant for this place. Out: an answer. Invariants: what is not there is told as such, and what is wrong with a question by name; few snapshots are made
-//! at a time. Must not know: sockets, HTTP's own rules.
+//! In: a request that is meant for this place. Out: an answer. Invariants: what is not there is told as such, and what
+//! is wrong with a question by name; few snapshots are made at a time. Must not know: sockets, HTTP's own rules.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,7 +1,8 @@
 //! One frame of a stream: which view of it is wanted in which form, and that form.
 //!
-//! In: a query, a snapshot. Out: JSON (a line as `hopes serve` writes it), GeoJSON, or SVG. Invariants: a query that says nothing known, or two things at once, is refused by name; the size of a picture is
-//! bounded by its pixels. Must not know: where snapshots come from.
+//! In: a query, a snapshot. Out: JSON (a line as `hopes serve` writes it), GeoJSON, or SVG. Invariants: a query that
+//! says nothing known, or two things at once, is refused by name; the size of a picture is bounded by its pixels. Must
+//! not know: where snapshots come from.
 
 mod geojson;
 mod svg;

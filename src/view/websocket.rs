@@ -1,7 +1,9 @@
 //! The protocol in a WebSocket: the handshake, and a connection that carries bytes both ways.
 //!
-//! In: a request for an upgrade, then a client's frames. Out: the answer to it, then a [`Carrier`] for the daemon's peers. Invariants: a piece of the protocol's bytes is a binary
-//! message, and where it is cut means nothing; only the peer's writer writes, so that no frame stands within another; pings are answered by its next turn. Must not know: the protocol.
+//! In: a request for an upgrade, then a client's frames. Out: the answer to it, then a [`Carrier`] for the daemon's
+//! peers. Invariants: a piece of the protocol's bytes is a binary message, and where it is cut means nothing; only the
+//! peer's writer writes, so that no frame stands within another; pings are answered by its next turn. Must not know:
+//! the protocol.
 
 use std::io::{self, ErrorKind};
 use std::net::Shutdown;

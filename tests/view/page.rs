@@ -1,6 +1,7 @@
 //! A daemon with a page, and a visitor who says every byte himself.
 //!
-//! In: requests. Out: answers, taken apart. Invariants: all waiting has a deadline; an answer has as many bytes as it says.
+//! In: requests. Out: answers, taken apart. Invariants: all waiting has a deadline; an answer has as many bytes as it
+//! says.
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read, Write};

@@ -1,7 +1,8 @@
 //! A snapshot as GeoJSON (RFC 7946).
 //!
-//! In: a snapshot. Out: a FeatureCollection as `hopes compute --format geojson` writes it, without the holes, which a snapshot does not have: the vertices as one MultiPoint, the tree
-//! as one MultiLineString, every critical edge as a LineString with its label. Must not know: streams.
+//! In: a snapshot. Out: a FeatureCollection as `hopes compute --format geojson` writes it, without the holes, which a
+//! snapshot does not have: the vertices as one MultiPoint, the tree as one MultiLineString, every critical edge as a
+//! LineString with its label. Must not know: streams.
 
 use hopes_protocol::Snapshot;
 use serde_json::{Value, json};

@@ -1,7 +1,8 @@
 //! A snapshot as a picture: the cloud, the tree, the critical edges.
 //!
-//! In: a snapshot, its stream's name. Out: an SVG document that needs nothing else. Invariants: y points up and both axes have one scale; points and edges that fall on the same pixels
-//! are drawn once, so the size is bounded by the pixels and not by the cloud; names, which are anybody's, are escaped. Must not know: views.
+//! In: a snapshot, its stream's name. Out: an SVG document that needs nothing else. Invariants: y points up and both
+//! axes have one scale; points and edges that fall on the same pixels are drawn once, so the size is bounded by the
+//! pixels and not by the cloud; names, which are anybody's, are escaped. Must not know: views.
 //!
 //! The pictures of `hopes compute` also have the persistence diagram, which a snapshot of a view does not know.
 
