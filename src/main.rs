@@ -5,6 +5,7 @@
 
 mod cli;
 mod daemon;
+mod view;
 
 use std::process::ExitCode;
 

@@ -10,18 +10,21 @@ use hopes_protocol::Policy;
 use super::args::{duration, resolution, window};
 use crate::daemon::{Address, Limits, Overload, StreamSettings};
 
+/// The ways in, of which there may be many.
+pub const PLACES: &str = "places";
+
 /// How others connect, and how much they may do.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sockets")]
 pub struct Network {
     /// Let producers and consumers connect: unix:PATH (for this user only) or tcp:HOST:PORT. May be repeated.
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", group = PLACES)]
     pub listen: Vec<Address>,
     /// Let them come from other machines too: there is no password.
-    #[arg(long, requires = "listen")]
+    #[arg(long, requires = PLACES)]
     pub allow_remote: bool,
     /// Make a stream at the start: NAME, or NAME:OPTION=VALUE,... of window, resolution, frame-points, frame-every. May be repeated.
-    #[arg(long, value_name = "NAME[:OPTIONS]", value_parser = stream, requires = "listen")]
+    #[arg(long, value_name = "NAME[:OPTIONS]", value_parser = stream, requires = PLACES)]
     pub stream: Vec<(String, StreamSettings)>,
     /// What happens when a producer is faster than its stream.
     #[arg(long, value_enum, default_value_t)]

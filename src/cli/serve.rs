@@ -7,30 +7,33 @@ use std::io;
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 use hopes::topology::Options;
 
 use hopes_protocol::{Simplify, View};
 use indicatif::ProgressBar;
 
 use super::args::{TrackArgs, ViewArgs, duration, resolution, window};
-use super::network::Network;
+use super::network::{Network, PLACES};
 use super::points::{Form, Source as Points};
 use super::{Columns, Failure, Format};
 use crate::daemon::{self, BATCH, DaemonError, Feed, Input, OutputForm, Settings, Sink, Source, StreamSettings};
+use crate::view::{self, Place};
 
 /// Follow streams of points: from stdin to stdout, one JSON line a frame with what changed, or between sockets.
 ///
 /// A blank line, {"commit":true,"time":t}, --frame-points, --frame-every or the end of the input closes a frame. With --listen, any number of producers
 /// feed any number of streams, which any number of consumers follow, until a signal comes.
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new(PLACES).multiple(true))]
 #[command(after_help = "Examples:
   sensor | hopes serve --window points:10000 --frame-points 1000
   camera-edges | hopes serve --input jsonl --window frames:1 | jq -c '[.frame, .view.cycles]'
   camera-edges | hopes serve --input jsonl --window frames:1 --track view | jq -c '.frame as $f | .tracks[] | [$f, .id, .event, .center]'
   tail -f log.csv | hopes serve --columns lon,lat --window time:60 --frame-every 100ms
   hopes serve --listen unix:/tmp/hopes.sock --stream cam:window=frames:1 &
-  camera-edges | hopes feed - --to unix:/tmp/hopes.sock --stream cam & hopes watch --from unix:/tmp/hopes.sock --stream cam")]
+  camera-edges | hopes feed - --to unix:/tmp/hopes.sock --stream cam & hopes watch --from unix:/tmp/hopes.sock --stream cam
+  camera-edges | hopes serve --input jsonl --window frames:1 --view 127.0.0.1:8080")]
 pub struct Serve {
     /// How points are written on stdin [default: text]. With --listen, stdin is read only if this is given.
     #[arg(long, value_enum)]
@@ -52,7 +55,7 @@ pub struct Serve {
     /// Close a frame every so often, such as 100ms.
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     frame_every: Option<Duration>,
-    /// How frames are written on stdout [default: jsonl]. With --listen, stdout is written only if this is given.
+    /// How frames are written on stdout [default: jsonl]. With --listen or --view, stdout is written only if this is given.
     #[arg(long, value_enum)]
     output: Option<OutputFormat>,
     /// Stop at the first line or point that cannot be used (exit code 3).
@@ -71,6 +74,27 @@ pub struct Serve {
     track_list: bool,
     #[command(flatten)]
     network: Network,
+    #[command(flatten)]
+    page: PageArgs,
+}
+
+/// Where the live page is.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Live page")]
+struct PageArgs {
+    /// Show all streams on a page at this address, to be read by a browser; also /metrics, /healthz and /api/streams. With it, stdout is written only if --output is given.
+    #[arg(long = "view", value_name = "HOST:PORT", group = PLACES, value_parser = host_and_port)]
+    address: Option<String>,
+    /// A name by which browsers of other machines may ask for the page, besides its addresses. May be repeated.
+    #[arg(long = "view-host", value_name = "NAME", requires = "address", requires = "allow_remote")]
+    names: Vec<String>,
+}
+
+/// An address of the page.
+fn host_and_port(word: &str) -> Result<String, String> {
+    let is_address = word.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
+    let is_whole = is_address && !word.contains('/');
+    is_whole.then(|| word.to_owned()).ok_or_else(|| format!("{word:?} is no HOST:PORT, such as 127.0.0.1:8080"))
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -97,7 +121,7 @@ impl Serve {
     pub fn run(self) -> Result<(), Failure> {
         let alone = self.network.listen.is_empty();
         let input = self.input.or(alone.then(InputFormat::default));
-        let output = self.output.or(alone.then(OutputFormat::default));
+        let output = self.output.or((alone && self.page.address.is_none()).then(OutputFormat::default));
         let form = |output| match output {
             OutputFormat::Jsonl => OutputForm::Lines,
             OutputFormat::Bin => OutputForm::Binary,
@@ -105,7 +129,10 @@ impl Serve {
         let sink = output.map(|output| -> Sink { (form(output), Box::new(io::stdout())) });
         let columns = self.columns.clone();
         let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
-        match daemon::run(self.settings(), source, sink) {
+        let allow_remote = self.network.allow_remote;
+        let PageArgs { address, names } = &self.page;
+        let door = address.clone().map(|address| view::open(Place { address, names: names.clone(), allow_remote }));
+        match daemon::run(self.settings(), source, sink, door) {
             Err(DaemonError::Refused(stop)) => Err(stop.into()),
             other => Ok(other?),
         }

@@ -20,6 +20,7 @@ mod complaints;
 mod convert;
 mod engine;
 mod frame_line;
+mod guests;
 mod inbox;
 mod peer;
 mod seat;
@@ -47,9 +48,11 @@ pub use complaints::{Complaints, StrictStop};
 pub use convert::{cut, spec, wire_window};
 use engine::{Sources, Tap};
 pub use frame_line::{FrameLine, TracksLine};
+pub use guests::{Closing, Door, GlanceError, Guests};
 pub use inbox::{Batch, Input, Overload};
 use inbox::{Item, Origin};
-use peer::{ListenError, Listener, Registry};
+pub use peer::{Carrier, ListenError, Socket, bind_tcp};
+use peer::{Listener, Registry};
 pub use stop::Stop;
 use streams::{Ended, Hub, OpenError, Stream};
 pub use writer::OutputForm;
@@ -208,20 +211,25 @@ pub type Source = Box<dyn FnOnce(&Feed) + Send>;
 /// Where stdout's frames go, and in which form.
 pub type Sink = (OutputForm, Box<dyn Write + Send>);
 
-/// Serves until a signal comes or something fails; without a place to listen at, until the source ends.
+/// Serves until a signal comes or something fails; without a place to listen at or a door, until the source ends.
 ///
 /// The reader of the source is not waited for: it may be blocked in a read that never returns, and owns nothing that has to be finished.
 ///
 /// # Errors
 /// [`DaemonError`].
-pub fn run(settings: Settings, source: Option<Source>, sink: Option<Sink>) -> Result<(), DaemonError> {
+pub fn run(
+    settings: Settings,
+    source: Option<Source>,
+    sink: Option<Sink>,
+    door: Option<Door>,
+) -> Result<(), DaemonError> {
     if let Some(threads) = settings.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global()?;
     }
     let signals = signals::channel().map_err(DaemonError::Start)?;
     let (ended_sender, ended) = unbounded();
     let hub = Arc::new(Hub::new(&settings, ended_sender));
-    let is_listening = !settings.listen.is_empty();
+    let is_listening = !settings.listen.is_empty() || door.is_some();
     let named = |name: &str| thread::Builder::new().name(name.to_owned());
 
     let mut sources = Sources { complaints: Complaints::new(settings.strict), tap: None };
@@ -245,6 +253,8 @@ pub fn run(settings: Settings, source: Option<Source>, sink: Option<Sink>) -> Re
     for address in &settings.listen {
         listeners.push(Listener::start(address, settings.allow_remote, Arc::clone(&registry))?);
     }
+    let guests = Guests::new(Arc::clone(&hub), Arc::clone(&registry));
+    let closing = door.map(|door| door(guests)).transpose()?;
     if let (Some(source), Some(stream)) = (source, &default) {
         let feed = Feed(Arc::clone(stream));
         let read = move || {
@@ -256,6 +266,7 @@ pub fn run(settings: Settings, source: Option<Source>, sink: Option<Sink>) -> Re
 
     let outcome = wait(&signals, &ended, default.filter(|_| !is_listening).as_ref());
     listeners.into_iter().for_each(Listener::stop);
+    closing.into_iter().for_each(|close| close());
     registry.stop_reading();
     let streams = hub.finish();
     let outcome = outcome.map(|reason| {

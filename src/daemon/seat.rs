@@ -29,6 +29,8 @@ pub enum Control {
     Snapshot(Arc<Seat>),
     /// Somebody leaves.
     Leave(Arc<Seat>),
+    /// Somebody who takes no place wants to see the newest frame once.
+    Glance(wire::View, Sender<Arc<wire::Snapshot>>),
 }
 
 /// A consumer's place before a stream.

@@ -9,7 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread::{self, JoinHandle};
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crossbeam_channel::{Receiver, Sender, bounded};
 use hopes::topology::{Options, TrackOptions};
@@ -78,6 +78,13 @@ impl Stream {
         if self.has_ended.load(Ordering::SeqCst) {
             seat.close(self.stats.frame(), ENDED);
         }
+    }
+
+    /// The newest frame as a whole, as soon as the engine comes to it; none, if there is none or that takes too long.
+    pub fn glance(&self, view: wire::View, patience: Duration) -> Option<Arc<wire::Snapshot>> {
+        let (answer, snapshot) = bounded(1);
+        // An engine that ends lets go of the other end, and nobody waits.
+        self.try_ask(Control::Glance(view, answer)).then(|| snapshot.recv_timeout(patience).ok()).flatten()
     }
 
     /// Asks the engine for something, unless that would take waiting; whether it was asked.
@@ -377,6 +384,11 @@ impl Hub {
     /// All streams, by name.
     pub fn streams(&self) -> Vec<Arc<Stream>> {
         self.lock().streams.values().cloned().collect()
+    }
+
+    /// The stream of a name.
+    pub fn stream(&self, name: &str) -> Option<Arc<Stream>> {
+        self.lock().streams.get(name).cloned()
     }
 
     /// Estimate of bytes held for streams.

@@ -13,6 +13,7 @@ use hopes_protocol::{
     Banner, Decoder, Goodbye, Hello, LARGEST_FRAME, Message, Ping, Pong, Report, Status, StatusWanted, StreamInfo,
     Streams, VERSION, Welcome, encode,
 };
+use tungstenite::{ClientRequestBuilder, WebSocket};
 
 /// How long a daemon may take to say something.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -20,18 +21,20 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// For questions about the daemon itself: a channel that no test takes.
 const ASKING: u32 = 0xA5C;
 
-/// A connected socket of either kind.
+/// A connected socket of any kind.
 pub enum Socket {
     Unix(UnixStream),
     Tcp(TcpStream),
+    Web(Box<Web>),
 }
 
 impl Socket {
-    /// Connects to `unix:PATH` or `tcp:HOST:PORT`.
+    /// Connects to `unix:PATH`, `tcp:HOST:PORT` or `ws:HOST:PORT`.
     pub fn connect(address: &str) -> io::Result<Self> {
         let socket = match address.split_once(':') {
             Some(("unix", path)) => Self::Unix(UnixStream::connect(path)?),
             Some(("tcp", host)) => Self::Tcp(TcpStream::connect(host)?),
+            Some(("ws", host)) => Self::Web(Box::new(Web::connect(host)?)),
             _ => panic!("{address:?} is no address"),
         };
         socket.set_patience(PATIENCE)?;
@@ -39,13 +42,15 @@ impl Socket {
     }
 
     fn set_patience(&self, patience: Duration) -> io::Result<()> {
+        let of_tcp = |stream: &TcpStream| {
+            stream.set_read_timeout(Some(patience)).and_then(|()| stream.set_write_timeout(Some(PATIENCE)))
+        };
         match self {
             Self::Unix(stream) => {
                 stream.set_read_timeout(Some(patience)).and_then(|()| stream.set_write_timeout(Some(PATIENCE)))
             }
-            Self::Tcp(stream) => {
-                stream.set_read_timeout(Some(patience)).and_then(|()| stream.set_write_timeout(Some(PATIENCE)))
-            }
+            Self::Tcp(stream) => of_tcp(stream),
+            Self::Web(web) => of_tcp(&web.stream),
         }
     }
 
@@ -53,6 +58,7 @@ impl Socket {
         match self {
             Self::Unix(stream) => stream.set_write_timeout(Some(patience)),
             Self::Tcp(stream) => stream.set_write_timeout(Some(patience)),
+            Self::Web(web) => web.stream.set_write_timeout(Some(patience)),
         }
     }
 
@@ -61,6 +67,7 @@ impl Socket {
         let _ = match self {
             Self::Unix(stream) => stream.shutdown(how),
             Self::Tcp(stream) => stream.shutdown(how),
+            Self::Web(web) => web.stream.shutdown(how),
         };
     }
 
@@ -69,6 +76,7 @@ impl Socket {
         match self {
             Self::Unix(stream) => stream.try_clone().map(Self::Unix),
             Self::Tcp(stream) => stream.try_clone().map(Self::Tcp),
+            Self::Web(_) => Err(ErrorKind::Unsupported.into()),
         }
     }
 
@@ -77,11 +85,13 @@ impl Socket {
         let set = |is_nonblocking| match self {
             Self::Unix(stream) => stream.set_nonblocking(is_nonblocking),
             Self::Tcp(stream) => stream.set_nonblocking(is_nonblocking),
+            Self::Web(_) => Err(ErrorKind::Unsupported.into()),
         };
         set(true)?;
         let written = match self {
             Self::Unix(stream) => (&*stream).write(bytes),
             Self::Tcp(stream) => (&*stream).write(bytes),
+            Self::Web(_) => unreachable!("that was not set"),
         };
         set(false)?;
         match written {
@@ -96,6 +106,7 @@ impl Read for Socket {
         match self {
             Self::Unix(stream) => stream.read(buffer),
             Self::Tcp(stream) => stream.read(buffer),
+            Self::Web(web) => web.read(buffer),
         }
     }
 }
@@ -105,6 +116,64 @@ impl Write for Socket {
         match self {
             Self::Unix(stream) => stream.write(bytes),
             Self::Tcp(stream) => stream.write(bytes),
+            Self::Web(web) => web.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The protocol's bytes in a WebSocket, as a browser has it: by a library that the daemon does not use.
+pub struct Web {
+    /// The connection below.
+    stream: TcpStream,
+    pub socket: WebSocket<TcpStream>,
+    /// What has come in a message and was not read yet.
+    rest: VecDeque<u8>,
+    /// Why the daemon has closed it.
+    pub closed: Option<u16>,
+}
+
+impl Web {
+    /// Connects to the page at `HOST:PORT`, as that page does.
+    fn connect(host: &str) -> io::Result<Self> {
+        let stream = TcpStream::connect(host)?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        let request = ClientRequestBuilder::new(format!("ws://{host}/ws").parse().unwrap())
+            .with_header("Origin", format!("http://{host}"))
+            .with_sub_protocol("hopes");
+        let (socket, answer) =
+            tungstenite::client(request, stream.try_clone()?).map_err(|error| io::Error::other(error.to_string()))?;
+        assert_eq!(answer.headers()["sec-websocket-protocol"], "hopes");
+        Ok(Self { stream, socket, rest: VecDeque::new(), closed: None })
+    }
+}
+
+impl Read for Web {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while self.rest.is_empty() {
+            match self.socket.read() {
+                Ok(tungstenite::Message::Binary(bytes)) => self.rest.extend(bytes.iter()),
+                Ok(tungstenite::Message::Close(reason)) => self.closed = reason.map(|reason| reason.code.into()),
+                Ok(tungstenite::Message::Text(text)) => panic!("the daemon sends no text such as {text:?}"),
+                Ok(_) => {}
+                Err(tungstenite::Error::Io(error)) => return Err(error),
+                // Closed, politely or not.
+                Err(_) => return Ok(0),
+            }
+        }
+        self.rest.read(buffer)
+    }
+}
+
+impl Write for Web {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self.socket.send(tungstenite::Message::binary(bytes.to_vec())) {
+            Ok(()) => Ok(bytes.len()),
+            Err(tungstenite::Error::Io(error)) => Err(error),
+            Err(error) => Err(io::Error::new(ErrorKind::BrokenPipe, error.to_string())),
         }
     }
 

@@ -33,6 +33,11 @@ pub enum ListenError {
         "{0} can be reached from other machines, which may then feed and read all streams: add --allow-remote if you want that"
     )]
     Remote(Address),
+    /// The page, not on this machine, and nobody asked for that.
+    #[error(
+        "{0} can be reached from other machines, which may then see all streams: add --allow-remote if you want that"
+    )]
+    RemotePage(Address),
     /// The system says no.
     #[error("cannot listen at {address}: {error}")]
     System {
@@ -64,7 +69,7 @@ impl Listener {
         let system = |error| ListenError::System { address: address.clone(), error };
         let bound = Arc::new(match address {
             Address::Unix(path) => bind_unix(path, address)?,
-            Address::Tcp(host) => bind_tcp(host, address, allow_remote)?,
+            Address::Tcp(host) => Bound::Tcp(bind_tcp(host, address, allow_remote)?),
         });
         tracing::info!("listening at {}", bound.place());
         let is_ending = Arc::new(AtomicBool::new(false));
@@ -177,14 +182,18 @@ fn identity_of(path: &Path) -> io::Result<(u64, u64)> {
     fs::symlink_metadata(path).map(|data| (data.dev(), data.ino()))
 }
 
-fn bind_tcp(host: &str, address: &Address, allow_remote: bool) -> Result<Bound, ListenError> {
+/// Takes a port, of this machine only unless others are let.
+///
+/// # Errors
+/// [`ListenError`].
+pub fn bind_tcp(host: &str, address: &Address, allow_remote: bool) -> Result<TcpListener, ListenError> {
     let system = |error| ListenError::System { address: address.clone(), error };
     let places: Vec<_> = host.to_socket_addrs().map_err(system)?.collect();
     if !allow_remote && !places.iter().all(|place| place.ip().is_loopback()) {
         return Err(ListenError::Remote(address.clone()));
     }
     match TcpListener::bind(&places[..]) {
-        Ok(listener) => Ok(Bound::Tcp(listener)),
+        Ok(listener) => Ok(listener),
         Err(error) if error.kind() == io::ErrorKind::AddrInUse => Err(ListenError::InUse(address.clone())),
         Err(error) => Err(system(error)),
     }

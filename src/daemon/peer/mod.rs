@@ -27,10 +27,11 @@ use wildmatch::WildMatchPattern;
 use super::convert::encoded;
 use super::seat::{Control, Seat};
 use super::streams::{Stream, lock};
-pub use listener::{ListenError, Listener};
+pub use listener::{ListenError, Listener, bind_tcp};
 pub use outbox::{Debt, Outbox};
+pub use reader::SOFTWARE;
 pub use registry::Registry;
-pub use socket::Socket;
+pub use socket::{Carrier, Socket};
 
 /// A connection.
 #[derive(Debug)]
@@ -98,6 +99,11 @@ impl Peer {
     /// Says goodbye when everything else was sent, and hangs up.
     fn say_goodbye(&self, reason: &str, streams: Vec<(String, u64)>) {
         *lock(&self.goodbye) = encoded(wire::Goodbye { reason: reason.to_owned(), streams });
+        self.ring_bell();
+    }
+
+    /// Tells the writer that there is something to send. A bell that is full rings already.
+    fn ring_bell(&self) {
         let _ = self.bell.try_send(());
     }
 
@@ -114,7 +120,7 @@ impl Peer {
     /// Hangs up without a word.
     fn hang_up(&self) {
         self.is_strange.store(true, Ordering::Release);
-        let _ = self.bell.try_send(());
+        self.ring_bell();
     }
 
     /// Reads no more.

@@ -5,6 +5,7 @@
 //! accepted before the end is answered. Must not know: what engines do.
 
 use std::collections::HashMap;
+use std::io::ErrorKind;
 use std::net::Shutdown;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -92,8 +93,15 @@ impl Reader<'_> {
         let tick = TICK.min(self.hub.limits.timeout / 4);
         loop {
             let was_within = self.decoder.is_within_frame();
-            match self.peer.socket.read(&mut buffer, tick) {
+            let read = self.peer.socket.read(&mut buffer, tick);
+            if self.peer.socket.has_to_say() {
+                self.peer.ring_bell();
+            }
+            match read {
                 _ if self.peer.is_ending.load(Ordering::Acquire) => return End::Polite,
+                Err(error) if error.kind() == ErrorKind::InvalidData => {
+                    return End::Failed(report(ErrorCode::BadFrame, 0, error.to_string()));
+                }
                 Err(_) | Ok(Some([])) => return End::Polite,
                 Ok(None) => {}
                 Ok(Some(bytes)) => {
@@ -174,6 +182,12 @@ impl Reader<'_> {
             };
         }
         let taken = match message {
+            Message::Open(_) | Message::Batch(_) | Message::Retract(_) | Message::Commit(_) | Message::Close(_)
+                if self.peer.socket.is_for_readers() =>
+            {
+                let text = "read-only: streams are fed at the daemon's sockets, not at its page".to_owned();
+                Err((ErrorCode::Unexpected, text))
+            }
             Message::Ping(wire::Ping { token }) => {
                 self.peer.say(0, wire::Pong { token });
                 Ok(())

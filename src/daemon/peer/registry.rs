@@ -122,6 +122,7 @@ fn turn_away(socket: &Socket, reason: String) {
     let header = wire::header(wire::Banner::OURS.lowest, message.kind, 0, message.length);
     let bytes = [&wire::Banner::OURS.encode()[..], &header, &message.bytes].concat();
     // Who does not take so few bytes at once is not waited for.
-    let _ = socket.write(&bytes, Duration::from_millis(10));
+    const AT_ONCE: Duration = Duration::from_millis(10);
+    let _ = socket.write(&bytes, AT_ONCE).and_then(|()| socket.finish(false, AT_ONCE));
     socket.shutdown(Shutdown::Write);
 }

@@ -1,7 +1,8 @@
-//! A connected socket of either kind.
+//! A connected socket of any kind.
 //!
-//! In: a Unix or TCP stream. Out: reads and writes through a shared reference, so that one thread reads while another writes. Must not know: the protocol.
+//! In: a Unix or TCP stream, or a [`Carrier`] of bytes. Out: reads and writes through a shared reference, so that one thread reads while another writes. Must not know: the protocol.
 
+use std::fmt;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::os::unix::net::UnixStream;
@@ -14,6 +15,22 @@ pub enum Socket {
     Unix(UnixStream),
     /// From anywhere.
     Tcp(TcpStream),
+    /// In something else, for those who only read.
+    Carried(Box<dyn Carrier>),
+}
+
+/// What carries the protocol's bytes within a protocol of its own. One thread reads, another writes.
+pub trait Carrier: fmt::Debug + Send + Sync {
+    /// As [`Socket::read`], but gives the number of bytes: 0 at the end. Of kind `InvalidData`, if what came cannot be carried bytes.
+    fn read(&self, buffer: &mut [u8], patience: Duration) -> io::Result<Option<usize>>;
+    /// As [`Socket::write`]. Of no bytes, writes what the carrier itself has to say.
+    fn write(&self, bytes: &[u8], patience: Duration) -> io::Result<()>;
+    /// Whether the carrier itself has something to say.
+    fn has_to_say(&self) -> bool;
+    /// Says that nothing more comes, and whether that is because the daemon ends.
+    fn finish(&self, is_daemons_end: bool, patience: Duration) -> io::Result<()>;
+    /// As [`Socket::shutdown`].
+    fn shutdown(&self, how: Shutdown);
 }
 
 impl Socket {
@@ -28,6 +45,10 @@ impl Socket {
                 stream.set_read_timeout(Some(patience))?;
                 (&*stream).read(buffer)
             }
+            Self::Carried(carrier) => {
+                let length = carrier.read(buffer, patience)?;
+                return Ok(length.map(|length| &buffer[..length]));
+            }
         };
         match read {
             Ok(length) => Ok(Some(&buffer[..length])),
@@ -38,6 +59,9 @@ impl Socket {
 
     /// Writes everything within so long.
     pub fn write(&self, mut bytes: &[u8], patience: Duration) -> io::Result<()> {
+        if let Self::Carried(carrier) = self {
+            return carrier.write(bytes, patience);
+        }
         let deadline = Instant::now() + patience;
         while !bytes.is_empty() {
             let left = deadline.saturating_duration_since(Instant::now());
@@ -64,6 +88,25 @@ impl Socket {
                 stream.set_write_timeout(Some(patience))?;
                 (&*stream).write(bytes)
             }
+            Self::Carried(carrier) => carrier.write(bytes, patience).map(|()| bytes.len()),
+        }
+    }
+
+    /// Whether those at the other end may only read.
+    pub fn is_for_readers(&self) -> bool {
+        matches!(self, Self::Carried(_))
+    }
+
+    /// Whether there is something to be written that nobody has given: writing nothing writes it.
+    pub fn has_to_say(&self) -> bool {
+        matches!(self, Self::Carried(carrier) if carrier.has_to_say())
+    }
+
+    /// Says that nothing more comes, where that is said at all.
+    pub fn finish(&self, is_daemons_end: bool, patience: Duration) -> io::Result<()> {
+        match self {
+            Self::Carried(carrier) => carrier.finish(is_daemons_end, patience),
+            _ => Ok(()),
         }
     }
 
@@ -73,6 +116,10 @@ impl Socket {
         let _ = match self {
             Self::Unix(stream) => stream.shutdown(how),
             Self::Tcp(stream) => stream.shutdown(how),
+            Self::Carried(carrier) => {
+                carrier.shutdown(how);
+                Ok(())
+            }
         };
     }
 }

@@ -21,11 +21,16 @@ use crate::daemon::streams::lock;
 /// Messages are collected up to so many bytes before they are sent.
 const TOGETHER: usize = 1 << 16;
 
+/// How long the last word of what carries the bytes may take.
+const LAST_WORD: Duration = Duration::from_secs(1);
+
 /// Sends until goodbye was said or the connection is gone.
 pub fn run(peer: &Peer, rings: &Receiver<()>, limits: &Limits) {
     let now = Instant::now();
     let mut writer = Writer { peer, limits, buffer: Vec::new(), last: now, asked: now };
-    if let Err(error) = writer.write_banner().and_then(|()| writer.run(rings)) {
+    let is_ending = || peer.is_ending.load(Ordering::Acquire);
+    let finish = |()| peer.socket.finish(is_ending(), LAST_WORD);
+    if let Err(error) = writer.write_banner().and_then(|()| writer.run(rings)).and_then(finish) {
         tracing::debug!("{}: cannot send: {error}", peer.label);
         // One that has gone has said before what it had to say.
         peer.is_cut_off.store(error.kind() == io::ErrorKind::TimedOut, Ordering::Release);
