@@ -61,7 +61,7 @@ export class Diagram {
     if (cut.Derived) {
       const { diagonal, vertical } = gapsOf(frame, dots, total);
       if (diagonal) this.shadeDiagonal(diagonal);
-      if (vertical) this.shadeVertical(vertical);
+      if (vertical) this.shadeVertical(vertical, frame.ds);
     } else if (cut.Reduced !== undefined) {
       this.shadeScale(cut.Reduced);
     }
@@ -74,11 +74,12 @@ export class Diagram {
     this.line(palette.diagonal.css, [[0, high], [far, far + high]]);
   }
 
-  /** A strip upright: births from one to another. */
-  shadeVertical([low, high]) {
+  /** A strip upright, above the diagonal gap: births from one to another. */
+  shadeVertical([low, high], ds) {
     const right = Math.min(high, this.largest);
-    this.fill(faded(palette.vertical, 0.2), [[low, low], [right, right], [right, this.largest], [low, this.largest]]);
-    this.line(palette.vertical.css, [[low, low], [low, this.largest]]);
+    const top = Math.max(this.largest, right + ds);
+    this.fill(faded(palette.vertical, 0.17), [[low, low + ds], [right, right + ds], [right, top], [low, top]]);
+    this.line(palette.vertical.css, [[low, low + ds], [low, top]]);
   }
 
   /** The scale of a reduced view: cycles above it live on. */

@@ -13,6 +13,8 @@ import { Plane } from "./plane.js";
 import { Session } from "./session.js";
 import { Rate, showCycle, showStatus } from "./status.js";
 
+/** The small pictures and the words are drawn anew at most so often, in milliseconds, while frames come. */
+const SLOWLY = 70;
 /** How near to an edge counts as on it, in pixels; a finger is broader than a mouse. */
 const REACH = { mouse: 9, touch: 18 };
 
@@ -36,8 +38,11 @@ class Page {
     /** What the pointer is on, and what stays meant when it goes. */
     this.hovered = null;
     this.pinned = null;
-    this.rate = new Rate();
+    this.frames = new Rate();
+    this.drawings = new Rate();
+    this.counted = 0;
     this.drawn = null;
+    this.slowlyAt = 0;
     el("no-webgl").hidden = Boolean(this.plane.gl);
     this.listen();
   }
@@ -119,7 +124,14 @@ class Page {
     }
     if (what === "streams" || what === "stream") this.controls.showStreams();
     if (what === "status") this.controls.show();
+    if (what === "frame") this.countFrames();
     this.mark();
+  }
+
+  /** Frames that were followed, whether or not there was time to draw each. */
+  countFrames() {
+    const { framesSeen } = this.session;
+    for (; this.counted < framesSeen; this.counted++) this.frames.add();
   }
 
   /** Something has changed: draws before the next screen frame. */
@@ -133,20 +145,34 @@ class Page {
   }
 
   draw() {
-    const { mirror, beside, tracks, history } = this.session;
-    const { frame } = mirror;
-    if (frame && frame !== this.drawn) {
-      this.drawn = frame;
-      this.rate.add();
-    }
+    const { mirror, beside } = this.session;
+    if (mirror.frame && mirror.frame !== this.drawn) this.drawings.add();
+    this.drawn = mirror.frame;
     this.labels.take(beside.alive);
     this.plane.draw(mirror, beside, this.meant);
+    const now = performance.now();
+    const isUrgent = this.meant !== this.meantThen;
+    if (!isUrgent && now - this.slowlyAt < SLOWLY) return this.later(SLOWLY - (now - this.slowlyAt));
+    [this.slowlyAt, this.meantThen] = [now, this.meant];
+    this.drawBeside();
+  }
+
+  /** Draws the small pictures, and says how things stand. */
+  drawBeside() {
+    const { mirror, beside, tracks, history } = this.session;
+    const { frame } = mirror;
     this.diagram.draw(frame, beside.dots, this.meant);
     const newest = history.steps[history.steps.length - 1]?.frame.number ?? 0;
     this.lives.draw(tracks.lifelines, Number(newest), frame ? Number(frame.number) : 0, this.meant);
     this.controls.takeLargest(this.diagram.largest || 1);
-    showStatus(this.session, this.rate.value);
+    showStatus(this.session, this.frames.value, this.drawings.value);
     showCycle(this.meant, beside.byId);
+  }
+
+  /** Draws again after a while, so that the last frame of all is shown in every picture. */
+  later(pause) {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.mark(), pause);
   }
 
   /** What tests may know. */
@@ -160,7 +186,8 @@ class Page {
       edges: mirror.edges.count,
       critical: mirror.critical.count,
       tracks: beside.alive.length,
-      fps: this.rate.value,
+      fps: this.frames.value,
+      drawn: this.drawings.value,
       lag: connection.lag,
       view: mirror.frame?.view ?? null,
       paused,

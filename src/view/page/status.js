@@ -38,12 +38,13 @@ export class Rate {
 }
 
 /** Says how things stand. @param {import("./session.js").Session} session */
-export function showStatus(session, fps) {
+export function showStatus(session, followed, drawn) {
   const { connection, mirror, beside, history, paused } = session;
   const { frame } = mirror;
   document.body.dataset.state = connection.state;
   say("state", { connecting: "connecting", connected: paused ? "paused" : "live", gone: "gone" }[connection.state]);
-  say("fps", paused ? "–" : fps.toFixed(0));
+  const rate = drawn < 0.7 * followed ? `${followed.toFixed(0)} (${drawn.toFixed(0)} drawn)` : followed.toFixed(0);
+  say("fps", paused ? "–" : rate);
   say("lag", connection.state === "connected" ? `${Math.round(connection.lag)} ms` : "–");
   say("frame", frame ? whole(frame.number) : "–");
   say("points", frame ? whole(frame.points) : "–");
