@@ -67,12 +67,18 @@ function squaredDistance(vertices, a, b, x, y) {
   return (x - ax - along * dx) ** 2 + (y - ay - along * dy) ** 2;
 }
 
-function holeAt({ vertices }, { alive, cycles }, x, y) {
+function holeAt({ vertices, frame }, { alive, cycles }, x, y) {
   let best = null;
+  // A simplified view lacks most vertices of walks, and shows circles.
+  const isSimple = frame !== null && frame.view.simplify !== "No";
   for (const track of alive) {
     if (best && track.area >= best.area) continue;
     const walks = cycles.get(track.id);
-    if (walks?.length && isInside(vertices, walks, x, y)) best = track;
+    const { center, radius } = track;
+    const isIn = isSimple
+      ? Math.hypot(x - center[0], y - center[1]) < radius
+      : walks?.length > 0 && isInside(vertices, walks, x, y);
+    if (isIn) best = track;
   }
   return best && { track: best.id, birth: best.birth, death: best.death };
 }

@@ -115,7 +115,7 @@ export class Diagram {
       const shown = isShown(frame, birth, death);
       const meant = isMeant(hit, track?.id ?? null, birth, death);
       to.fillStyle = track ? colorOf(track.id).css : shown ? palette.critical.css : faded(palette.muted, 0.55);
-      const radius = meant ? 7 : track || shown ? 4 : 1.6;
+      const radius = meant ? 7 : track ? 4 : shown ? 2.4 : 1.6;
       to.beginPath();
       to.arc(this.x(birth), this.y(death), radius, 0, 7);
       to.fill();

@@ -17,6 +17,8 @@ const STRIP = 9;
 /** Holes that are filled, at most; each takes two calls. */
 const MOST_HOLES = 1500;
 const BOUNDS_EVERY = 200;
+/** Corners of what is drawn as a circle. */
+const CORNERS = 48;
 
 export class Plane {
   /** @param {HTMLCanvasElement} canvas @param {import("./camera.js").Camera} camera */
@@ -27,9 +29,9 @@ export class Plane {
     this.origin = { x: 0, y: 0, unit: 1 };
     this.bounds = null;
     this.boundsAt = 0;
-    const wanted = { antialias: true, stencil: true, alpha: true, powerPreference: "high-performance" };
-    this.gl = canvas.getContext("webgl2", wanted);
+    this.gl = contextOf(canvas);
     if (!this.gl) return;
+    this.isSlow = !this.gl.getContextAttributes().antialias;
     this.build();
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => this.build());
@@ -130,7 +132,7 @@ export class Plane {
 
   begin() {
     const { gl, canvas } = this;
-    const ratio = Math.min(devicePixelRatio || 1, 2);
+    const ratio = this.isSlow ? 1 : Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     this.ratio = ratio;
@@ -178,8 +180,9 @@ export class Plane {
   }
 
   /** Fills each hole where an odd number of triangles from one corner of its walks lie: what is inside them. */
-  drawHoles({ vertices }, { alive, cycles }, hit) {
+  drawHoles({ vertices, frame }, { alive, cycles }, hit) {
     const { gl } = this;
+    if (!frame || frame.view.simplify !== "No") return;
     const ranges = this.layFans(vertices, alive, cycles);
     gl.enable(gl.STENCIL_TEST);
     for (const { track, from, count } of ranges) {
@@ -224,46 +227,85 @@ export class Plane {
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
   }
 
-  layStrips({ vertices, critical }, { alive, cycles }, hit) {
-    const walks = alive.flatMap((track) => (cycles.get(track.id) ?? []).map((walk) => ({ track, walk })));
-    this.strips.reserve(STRIP * (critical.count + walks.reduce((sum, { walk }) => sum + walk.length, 0)));
+  layStrips(mirror, beside, hit) {
+    const { vertices, critical } = mirror;
+    const outlines = outlinesOf(mirror, beside);
+    this.strips.reserve(STRIP * (critical.count + outlines.reduce((sum, { length }) => sum + length, 0)));
     this.laid = 0;
-    for (const { track, walk } of walks) {
+    for (const { track, walk } of outlines) {
       const [alpha, width] = isMeant(hit, track.id) ? [1, 1.3] : [track.selected ? 0.8 : 0.3, 0.65];
       const { rgb } = colorOf(track.id);
-      for (let i = 0; i < walk.length; i++) {
+      if (!walk) this.layCircle(track, rgb, alpha, width);
+      for (let i = 0; walk && i < walk.length; i++) {
         this.layStrip(vertices, walk[i], walk[(i + 1) % walk.length], rgb, alpha, width);
       }
     }
-    const { rows, end } = critical;
-    const width = critical.count > 2000 ? 0.7 : 1.3;
-    for (let at = 0; at < 4 * end; at += 4) {
-      if (rows[at] < 0) continue;
-      const track = this.labels.find(rows[at + 2], rows[at + 3]);
-      const { rgb } = track ? colorOf(track.id) : palette.critical;
-      const meant = isMeant(hit, track?.id ?? null, rows[at + 2], rows[at + 3]);
-      this.layStrip(vertices, rows[at], rows[at + 1], rgb, 1, meant ? 2.4 : width);
-    }
+    this.layCritical(mirror, hit);
     this.strips.bind();
     this.strips.write(0, STRIP * this.laid);
     return this.laid;
   }
 
+  /** Critical edges of tracks thick; the others thin, and pale if they matter little. */
+  layCritical({ vertices, critical: { rows, end } }, hit) {
+    let largest = 0;
+    for (let at = 0; at < 4 * end; at += 4) if (rows[at] >= 0) largest = Math.max(largest, rows[at + 3] - rows[at + 2]);
+    for (let at = 0; at < 4 * end; at += 4) {
+      if (rows[at] < 0) continue;
+      const [birth, death] = [rows[at + 2], rows[at + 3]];
+      const track = this.labels.find(birth, death);
+      const { rgb } = track ? colorOf(track.id) : palette.critical;
+      const alpha = track ? 1 : 0.25 + 0.75 * Math.sqrt((death - birth) / largest || 0);
+      const width = isMeant(hit, track?.id ?? null, birth, death) ? 2.4 : track ? 1.4 : 0.6;
+      this.layStrip(vertices, rows[at], rows[at + 1], rgb, alpha, width);
+    }
+  }
+
+  /** A hole whose walks are not known, as the circle inside it. */
+  layCircle({ center, radius }, rgb, alpha, width) {
+    const { origin } = this;
+    const [x, y, r] = [(center[0] - origin.x) / origin.unit, (center[1] - origin.y) / origin.unit, radius / origin.unit];
+    const turn = (2 * Math.PI) / CORNERS;
+    for (let i = 0; i < CORNERS; i++) {
+      const at = (angle) => [x + r * Math.cos(angle), y + r * Math.sin(angle)];
+      this.putStrip(...at(i * turn), ...at((i + 1) * turn), rgb, alpha, width);
+    }
+  }
+
   layStrip(vertices, a, b, rgb, alpha, width) {
     const [from, to] = [vertices.find(a), vertices.find(b)];
     if (from < 0 || to < 0) return;
-    const [into, places] = [this.strips.array, this.places.array];
+    const { array } = this.places;
+    this.putStrip(array[2 * from], array[2 * from + 1], array[2 * to], array[2 * to + 1], rgb, alpha, width);
+  }
+
+  putStrip(ax, ay, bx, by, rgb, alpha, width) {
+    const into = this.strips.array;
     let at = STRIP * this.laid++;
-    into[at++] = places[2 * from];
-    into[at++] = places[2 * from + 1];
-    into[at++] = places[2 * to];
-    into[at++] = places[2 * to + 1];
+    into[at++] = ax;
+    into[at++] = ay;
+    into[at++] = bx;
+    into[at++] = by;
     into[at++] = rgb[0];
     into[at++] = rgb[1];
     into[at++] = rgb[2];
     into[at++] = alpha;
     into[at] = width * this.ratio;
   }
+}
+
+/** What is drawn around holes: walks, or circles in a simplified view, which lacks most of their vertices. */
+function outlinesOf({ frame }, { alive, cycles }) {
+  if (frame && frame.view.simplify !== "No") return alive.map((track) => ({ track, walk: null, length: CORNERS }));
+  return alive.flatMap((track) =>
+    (cycles.get(track.id) ?? []).map((walk) => ({ track, walk, length: walk.length })));
+}
+
+/** A context with smooth edges; without, where there is no graphics card and every pixel costs. */
+function contextOf(canvas) {
+  const wanted = { stencil: true, powerPreference: "high-performance" };
+  const quick = canvas.getContext("webgl2", { ...wanted, antialias: true, failIfMajorPerformanceCaveat: true });
+  return quick ?? canvas.getContext("webgl2", { ...wanted, antialias: false });
 }
 
 /** Calls for each run of blocks that have changed, and notes that they are dealt with. */
