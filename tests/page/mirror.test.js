@@ -99,7 +99,10 @@ class Model {
       this.vertices.set(this.next, [this.next, random() - 0.5, 1e9 * random()]);
     }
     const ids = [...this.vertices.keys()];
-    for (const [map, label] of [[this.edges, () => []], [this.critical, () => [random(), 1 + random()]]]) {
+    for (const [map, label] of [
+      [this.edges, () => []],
+      [this.critical, () => [random(), 1 + random()]],
+    ]) {
       for (const [key, [a, b]] of map) {
         if (!this.vertices.has(a) || !this.vertices.has(b) || random() < 0.2) map.delete(key);
       }
@@ -124,7 +127,9 @@ function diffOf(before, after, number) {
     vertices_added: flat(unlike(after.vertices, byId(before.vertices), id)),
     edges_removed: flat(unlike(before.edges, byEnds(after.edges), ends)),
     edges_added: flat(unlike(after.edges, byEnds(before.edges), ends)),
-    critical_removed: flat(before.critical.filter((row) => !byEnds(after.critical).has(ends(row))).map((row) => row.slice(0, 2))),
+    critical_removed: flat(
+      before.critical.filter((row) => !byEnds(after.critical).has(ends(row))).map((row) => row.slice(0, 2)),
+    ),
     critical_set: flat(unlike(after.critical, byEnds(before.critical), ends)),
     checksum: checksumOf(after),
   };
@@ -135,7 +140,11 @@ test("random changes lead where a plain model leads, and back, and forth again",
     const [model, mirror, history] = [new Model(seed), new Mirror(), new History()];
     const frames = [model.lists()];
     mirror.takeSnapshot({
-      frame: { number: 0 }, vertices: new Float64Array(0), edges: new Float64Array(0), critical: new Float64Array(0), checksum: 0,
+      frame: { number: 0 },
+      vertices: new Float64Array(0),
+      edges: new Float64Array(0),
+      critical: new Float64Array(0),
+      checksum: 0,
     });
     history.restart(mirror.frame);
     for (let number = 1; number <= 60; number++) {
@@ -160,12 +169,33 @@ test("a vertex that moves keeps its slot", () => {
   const vertices = Float64Array.of(1, 0, 0, 2, 1, 0, 3, 0, 1);
   const snapshot = { frame: { number: 1 }, vertices, edges: none, critical: none };
   const lists = (rows) => ({ vertices: rows, edges: [], critical: [] });
-  mirror.takeSnapshot({ ...snapshot, checksum: checksumOf(lists([[1, 0, 0], [2, 1, 0], [3, 0, 1]])) });
+  mirror.takeSnapshot({
+    ...snapshot,
+    checksum: checksumOf(
+      lists([
+        [1, 0, 0],
+        [2, 1, 0],
+        [3, 0, 1],
+      ]),
+    ),
+  });
   const slot = mirror.vertices.find(2);
   mirror.takeDiff({
-    from: 1, frame: { number: 2 }, vertices_removed: Float64Array.of(1, 2), vertices_added: Float64Array.of(2, 5, 5, 4, 1, 1),
-    edges_removed: none, edges_added: none, critical_removed: none, critical_set: none,
-    checksum: checksumOf(lists([[2, 5, 5], [3, 0, 1], [4, 1, 1]])),
+    from: 1,
+    frame: { number: 2 },
+    vertices_removed: Float64Array.of(1, 2),
+    vertices_added: Float64Array.of(2, 5, 5, 4, 1, 1),
+    edges_removed: none,
+    edges_added: none,
+    critical_removed: none,
+    critical_set: none,
+    checksum: checksumOf(
+      lists([
+        [2, 5, 5],
+        [3, 0, 1],
+        [4, 1, 1],
+      ]),
+    ),
   });
   assert.equal(mirror.vertices.find(2), slot);
   assert.equal(mirror.vertices.find(1), -1);

@@ -10,11 +10,28 @@ import { bytesOf, jsonOf, names } from "./vectors.js";
 
 const CAP = 2 ** 30;
 /** What a consumer says itself. */
-const SAID = ["Hello", "Ping", "Pong", "Goodbye", "ListStreams", "Subscribe", "ChangeView", "Unsubscribe", "WantTracks"];
+const SAID = [
+  "Hello",
+  "Ping",
+  "Pong",
+  "Goodbye",
+  "ListStreams",
+  "Subscribe",
+  "ChangeView",
+  "Unsubscribe",
+  "WantTracks",
+];
 /** Rows of these many columns stand for lists of lists (of numbers where there is one column). */
 const WIDTHS = {
-  vertices: 3, edges: 2, critical: 4, vertices_added: 3, vertices_removed: 1, edges_added: 2, edges_removed: 2,
-  critical_set: 4, critical_removed: 2,
+  vertices: 3,
+  edges: 2,
+  critical: 4,
+  vertices_added: 3,
+  vertices_removed: 1,
+  edges_added: 2,
+  edges_removed: 2,
+  critical_set: 4,
+  critical_removed: 2,
 };
 
 /** A message as the vectors have it. */
@@ -113,9 +130,13 @@ test("frames come whole out of pieces of any size", () => {
     const ends = [];
     for (let at = 0; at < stream.length; at += size) {
       inbox.push(Uint8Array.from(stream.subarray(at, at + size)));
-      for (let frame; (frame = inbox.next((version) => version === 1)); ) ends.push(frame.end);
+      for (let frame; (frame = inbox.next((version) => version === 1));) ends.push(frame.end);
     }
-    assert.deepEqual(ends, parts.map((part) => part.length), `pieces of ${size}`);
+    assert.deepEqual(
+      ends,
+      parts.map((part) => part.length),
+      `pieces of ${size}`,
+    );
     assert.equal(inbox.rest.length, 0);
   }
 });

@@ -6,7 +6,9 @@ const ROOT = new URL("../../protocol/vectors/", import.meta.url);
 
 /** The names of the vectors of a folder. */
 export const names = (folder) =>
-  readdirSync(new URL(`${folder}/`, ROOT)).filter((name) => name.endsWith(".hex")).map((name) => name.slice(0, -4));
+  readdirSync(new URL(`${folder}/`, ROOT))
+    .filter((name) => name.endsWith(".hex"))
+    .map((name) => name.slice(0, -4));
 
 /** The bytes of a vector. */
 export const bytesOf = (folder, name) =>

@@ -1,8 +1,8 @@
 //! Fields of bodies: values to bytes and back, in bincode 2's standard configuration.
 //!
-//! In: bytes, or values. Out: types, each with `read`, `write` and the fewest bytes that a value takes. Invariants: nothing
-//! is allocated for a list or a text before it is known that its bytes are there; reading throws nothing but `BodyError`.
-//! A whole number is a Number where that is exact, else a BigInt. Must not know: messages, sockets.
+//! In: bytes, or values. Out: types, each with `read`, `write` and the fewest bytes that a value takes. Invariants:
+//! nothing is allocated for a list or a text before it is known that its bytes are there; reading throws nothing but
+//! `BodyError`. A whole number is a Number where that is exact, else a BigInt. Must not know: messages, sockets.
 
 /** A body is not that of its type. */
 export class BodyError extends Error {}

@@ -1,7 +1,7 @@
 //! Where one looks at the plane from: centre and scale, moved by pointers, wheel and keys.
 //!
-//! In: a canvas and its events, bounds of what is there. Out: centre and scale. Invariants: until the user moves it, it keeps
-//! what is there in view; what is under the fingers stays under them. Must not know: what is drawn.
+//! In: a canvas and its events, bounds of what is there. Out: centre and scale. Invariants: until the user moves it,
+//! it keeps what is there in view; what is under the fingers stays under them. Must not know: what is drawn.
 
 const ZOOM_STEP = 1.25;
 /** Free room around what is there. */
@@ -101,7 +101,8 @@ export class Camera {
     this.travel += Math.hypot(now.x - before.x, now.y - before.y);
     if (this.travel < 3) return;
     if (!other) return this.pan(now.x - before.x, now.y - before.y);
-    const spread = Math.hypot(now.x - other.x, now.y - other.y) / (Math.hypot(before.x - other.x, before.y - other.y) || 1);
+    const spread =
+      Math.hypot(now.x - other.x, now.y - other.y) / (Math.hypot(before.x - other.x, before.y - other.y) || 1);
     this.zoom(Math.min(2, Math.max(0.5, spread)), other.x, other.y);
   }
 

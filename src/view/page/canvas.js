@@ -1,6 +1,7 @@
 //! What the small pictures share: a sharp 2D canvas, numbers for people, ticks.
 //!
-//! In: a canvas, ranges. Out: a context in CSS pixels, words. Invariants: none beyond that. Must not know: what is drawn.
+//! In: a canvas, ranges. Out: a context in CSS pixels, words. Invariants: none beyond that. Must not know: what is
+//! drawn.
 
 export const FONT = "11px system-ui, sans-serif";
 

@@ -1,9 +1,12 @@
 //! The hash that the checksum of a skeleton is the sum of, in halves of 32 bits.
 //!
-//! In: rows of ids and numbers. Out: 64 bits as two words. Invariants: what `protocol/SPEC.md`, section 7, defines; nothing
-//! is allocated, whatever is hashed. Must not know: skeletons, messages.
+//! In: rows of ids and numbers. Out: 64 bits as two words. Invariants: what `protocol/SPEC.md`, section 7, defines;
+//! nothing is allocated, whatever is hashed. Must not know: skeletons, messages.
 
-/** The hash in hand: [high, low]. One for all, since nothing runs beside it and a pair for each result would be garbage. */
+/**
+ * The hash in hand: [high, low]. One for all, since nothing runs beside it and a pair for each result would be
+ * garbage.
+ */
 export const hash = new Int32Array(2);
 
 const number = new Float64Array(1);
@@ -55,7 +58,7 @@ export function hashRow(kind, rows, at, ids, width) {
   take(0, kind);
   for (let i = 0; i < ids; i++) {
     const id = rows[at + i];
-    take(Math.floor(id / 0x100000000) | 0, id % 0x100000000 | 0);
+    take(Math.floor(id / 0x100000000) | 0, (id % 0x100000000) | 0);
   }
   for (let i = ids; i < width; i++) {
     number[0] = rows[at + i];

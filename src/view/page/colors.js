@@ -1,8 +1,8 @@
 //! Colours: those of the page's style sheet for canvases, and one for each track.
 //!
-//! In: the style sheet's custom properties, ids of tracks. Out: CSS colours, and triples from 0 to 1 for WebGL. Invariants: a
-//! track has one colour as long as it lives; neighbouring ids have colours far apart, all of about the same lightness.
-//! Must not know: what is drawn.
+//! In: the style sheet's custom properties, ids of tracks. Out: CSS colours, and triples from 0 to 1 for WebGL.
+//! Invariants: a track has one colour as long as it lives; neighbouring ids have colours far apart, all of about the
+//! same lightness. Must not know: what is drawn.
 
 /** @typedef {{css: string, rgb: [number, number, number]}} Color */
 
@@ -37,7 +37,10 @@ export function colorOf(id) {
 }
 
 /** A CSS colour, let through so much. @param {Color} color */
-export const faded = (color, alpha) => `${color.css}${Math.round(255 * alpha).toString(16).padStart(2, "0")}`;
+export const faded = (color, alpha) =>
+  `${color.css}${Math.round(255 * alpha)
+    .toString(16)
+    .padStart(2, "0")}`;
 
 /** @returns {Color} */
 function fromHex(css) {
@@ -45,7 +48,13 @@ function fromHex(css) {
 }
 
 function fromRgb(rgb) {
-  const css = `#${rgb.map((part) => Math.round(255 * part).toString(16).padStart(2, "0")).join("")}`;
+  const css = `#${rgb
+    .map((part) =>
+      Math.round(255 * part)
+        .toString(16)
+        .padStart(2, "0"),
+    )
+    .join("")}`;
   return { css, rgb };
 }
 

@@ -1,8 +1,8 @@
 //! The way to the daemon: a WebSocket that carries the protocol's bytes, and comes back by itself.
 //!
-//! In: messages to send. Out: messages that came, and how things stand. Invariants: after a loss it tries again, at growing
-//! pauses of at most 5 s, for ever; every timer of a connection ends with it; messages of channels that nobody listens to are
-//! not even read. Must not know: streams, views, the page.
+//! In: messages to send. Out: messages that came, and how things stand. Invariants: after a loss it tries again, at
+//! growing pauses of at most 5 s, for ever; every timer of a connection ends with it; messages of channels that
+//! nobody listens to are not even read. Must not know: streams, views, the page.
 
 import { BodyError } from "./bytes.js";
 import { BANNER, FrameError, Inbox, readBanner, writeBanner } from "./frames.js";
@@ -79,7 +79,7 @@ export class Connection {
       if (!(data instanceof ArrayBuffer)) throw new FrameError("malformed", "the daemon sent text");
       this.inbox.push(new Uint8Array(data));
       if (this.phase === "banner" && !this.greet()) return;
-      for (let frame; (frame = this.inbox.next((version) => this.speaks(version))); ) this.deal(frame);
+      for (let frame; (frame = this.inbox.next((version) => this.speaks(version)));) this.deal(frame);
     } catch (error) {
       if (!(error instanceof FrameError || error instanceof BodyError)) throw error;
       this.lose(socket, `What the daemon sent cannot be read: ${error.message}.`);
@@ -99,7 +99,10 @@ export class Connection {
     const version = agree(banner);
     if (version === null) {
       const speaks = `${banner.lowest} to ${banner.highest}`;
-      throw new FrameError("unsupported version", `it speaks versions ${speaks}, the page ${VERSIONS.lowest} to ${VERSIONS.highest}`);
+      throw new FrameError(
+        "unsupported version",
+        `it speaks versions ${speaks}, the page ${VERSIONS.lowest} to ${VERSIONS.highest}`,
+      );
     }
     this.version = version;
     this.phase = "welcome";

@@ -1,8 +1,8 @@
 //! What one sets: stream, view, pause and steps; by pointer, finger or keys.
 //!
-//! In: the page's elements, the session. Out: choices, for the session and in the address, so that a reload keeps them.
-//! Invariants: every control is a plain form element with a label; keys never take what an element needs for itself.
-//! Must not know: messages' bytes, drawing.
+//! In: the page's elements, the session. Out: choices, for the session and in the address, so that a reload keeps
+//! them. Invariants: every control is a plain form element with a label; keys never take what an element needs for
+//! itself. Must not know: messages' bytes, drawing.
 
 import { short } from "./canvas.js";
 
@@ -41,7 +41,10 @@ export function hashOf({ stream, view: { cut, simplify } }) {
 const kindOf = (cut) => (cut === "Full" ? "full" : cut.Derived ? "derived" : "reduced");
 
 export class Controls {
-  /** @param {import("./session.js").Session} session @param {{fit: () => void, next: (by: number) => void, drop: () => void}} does */
+  /**
+   * @param {import("./session.js").Session} session
+   * @param {{fit: () => void, next: (by: number) => void, drop: () => void}} does
+   */
   constructor(session, does) {
     this.session = session;
     this.does = does;
@@ -57,7 +60,8 @@ export class Controls {
 
   listen() {
     el("stream").addEventListener("change", () => this.session.chooseStream(el("stream").value));
-    for (const kind of ["full", "reduced", "derived"]) el(`view-${kind}`).addEventListener("change", () => this.choose());
+    for (const kind of ["full", "reduced", "derived"])
+      el(`view-${kind}`).addEventListener("change", () => this.choose());
     el("simplify").addEventListener("change", () => this.choose());
     ["k", "l"].forEach((name, i) => {
       el(`${name}-less`).addEventListener("click", () => this.rank(i, -1));
@@ -119,7 +123,8 @@ export class Controls {
     el("k").textContent = this.ranks[0];
     el("l").textContent = this.ranks[1];
     const alpha = this.alpha ?? this.largest / 4;
-    if (document.activeElement !== el("alpha")) el("alpha").value = SLIDER * Math.sqrt(Math.min(1, alpha / this.largest));
+    if (document.activeElement !== el("alpha"))
+      el("alpha").value = SLIDER * Math.sqrt(Math.min(1, alpha / this.largest));
     el("alpha-value").textContent = short(alpha);
     const { paused, history } = this.session;
     el("pause").setAttribute("aria-pressed", paused);
@@ -157,9 +162,9 @@ export class Controls {
       K: () => this.rank(0, -1),
       l: () => this.rank(1, 1),
       L: () => this.rank(1, -1),
-      "1": () => this.pick("derived"),
-      "2": () => this.pick("reduced"),
-      "3": () => this.pick("full"),
+      1: () => this.pick("derived"),
+      2: () => this.pick("reduced"),
+      3: () => this.pick("full"),
       s: () => el("simplify").click(),
       f: () => this.does.fit(),
       "]": () => this.does.next(1),

@@ -1,9 +1,12 @@
 //! Which track a cycle is, and which cycle is meant by a pointer.
 //!
-//! In: what lives in a frame, labels, a place in the plane. Out: tracks, hits. Invariants: a cycle is its track where it has
-//! one, else its label. Must not know: drawing, the page.
+//! In: what lives in a frame, labels, a place in the plane. Out: tracks, hits. Invariants: a cycle is its track where
+//! it has one, else its label. Must not know: drawing, the page.
 
-/** What a pointer or a key means: a track, or a cycle without one. @typedef {{track: number | null, birth: number, death: number}} Hit */
+/**
+ * What a pointer or a key means: a track, or a cycle without one.
+ * @typedef {{track: number | null, birth: number, death: number}} Hit
+ */
 
 /** Finds tracks by the labels that they have in a frame. */
 export class Labels {
@@ -40,7 +43,10 @@ export class Labels {
 export const isMeant = (hit, track, birth, death) =>
   hit !== null && (track !== null ? hit.track === track : hit.birth === birth && hit.death === death);
 
-/** The cycle at a place: the nearest critical edge within reach, else the smallest hole around it. @returns {Hit | null} */
+/**
+ * The cycle at a place: the nearest critical edge within reach, else the smallest hole around it.
+ * @returns {Hit | null}
+ */
 export function cycleAt(mirror, beside, labels, x, y, reach) {
   return criticalAt(mirror, labels, x, y, reach) ?? holeAt(mirror, beside, x, y);
 }
@@ -91,7 +97,10 @@ function isInside(vertices, walks, x, y) {
     for (const id of walk) {
       const at = 3 * vertices.find(id);
       if (at < 0 || before < 0) return false;
-      const [ax, ay, bx, by] = [...vertices.rows.subarray(before + 1, before + 3), ...vertices.rows.subarray(at + 1, at + 3)];
+      const [ax, ay, bx, by] = [
+        ...vertices.rows.subarray(before + 1, before + 3),
+        ...vertices.rows.subarray(at + 1, at + 3),
+      ];
       if (ay > y !== by > y && x < ax + ((bx - ax) * (y - ay)) / (by - ay)) inside = !inside;
       before = at;
     }

@@ -1,7 +1,7 @@
 //! The persistence diagram: a dot for each cycle, the chosen gaps shaded, linked with the plane by what is meant.
 //!
-//! In: dots, a frame, what is meant. Out: pixels, and which dot is under a pointer. Invariants: what the view shows is what
-//! the shades leave over; nothing is computed that the daemon has not said, but for the far sides of gaps.
+//! In: dots, a frame, what is meant. Out: pixels, and which dot is under a pointer. Invariants: what the view shows
+//! is what the shades leave over; nothing is computed that the daemon has not said, but for the far sides of gaps.
 //! Must not know: the plane, messages.
 
 import { contextOf, short, ticks } from "./canvas.js";
@@ -70,22 +70,47 @@ export class Diagram {
   /** A strip along the diagonal: persistences from one to another. */
   shadeDiagonal([low, high]) {
     const far = this.largest;
-    this.fill(faded(palette.diagonal, 0.22), [[0, low], [far, far + low], [far, far + high], [0, high]]);
-    this.line(palette.diagonal.css, [[0, high], [far, far + high]]);
+    this.fill(faded(palette.diagonal, 0.22), [
+      [0, low],
+      [far, far + low],
+      [far, far + high],
+      [0, high],
+    ]);
+    this.line(palette.diagonal.css, [
+      [0, high],
+      [far, far + high],
+    ]);
   }
 
   /** A strip upright, above the diagonal gap: births from one to another. */
   shadeVertical([low, high], ds) {
     const right = Math.min(high, this.largest);
     const top = Math.max(this.largest, right + ds);
-    this.fill(faded(palette.vertical, 0.17), [[low, low + ds], [right, right + ds], [right, top], [low, top]]);
-    this.line(palette.vertical.css, [[low, low + ds], [low, top]]);
+    this.fill(faded(palette.vertical, 0.17), [
+      [low, low + ds],
+      [right, right + ds],
+      [right, top],
+      [low, top],
+    ]);
+    this.line(palette.vertical.css, [
+      [low, low + ds],
+      [low, top],
+    ]);
   }
 
   /** The scale of a reduced view: cycles above it live on. */
   shadeScale(alpha) {
-    this.fill(faded(palette.vertical, 0.14), [[0, alpha], [alpha, alpha], [alpha, this.largest], [0, this.largest]]);
-    this.line(palette.vertical.css, [[0, alpha], [alpha, alpha], [alpha, this.largest]]);
+    this.fill(faded(palette.vertical, 0.14), [
+      [0, alpha],
+      [alpha, alpha],
+      [alpha, this.largest],
+      [0, this.largest],
+    ]);
+    this.line(palette.vertical.css, [
+      [0, alpha],
+      [alpha, alpha],
+      [alpha, this.largest],
+    ]);
   }
 
   path(places) {
@@ -127,8 +152,15 @@ export class Diagram {
 
   drawAxes() {
     const { to, width, height } = this;
-    this.line(palette.muted.css, [[0, this.largest], [0, 0], [this.largest, 0]]);
-    this.line(faded(palette.muted, 0.6), [[0, 0], [this.largest, this.largest]]);
+    this.line(palette.muted.css, [
+      [0, this.largest],
+      [0, 0],
+      [this.largest, 0],
+    ]);
+    this.line(faded(palette.muted, 0.6), [
+      [0, 0],
+      [this.largest, this.largest],
+    ]);
     to.fillStyle = palette.muted.css;
     to.textAlign = "center";
     for (const tick of ticks(this.largest, Math.max(2, width / 90))) {
@@ -136,7 +168,8 @@ export class Diagram {
     }
     to.fillText("birth", (LEFT + width - RIGHT) / 2, height - 4);
     to.textAlign = "right";
-    for (const tick of ticks(this.largest, Math.max(2, height / 60)).slice(1)) to.fillText(short(tick), LEFT - 5, this.y(tick) + 4);
+    for (const tick of ticks(this.largest, Math.max(2, height / 60)).slice(1))
+      to.fillText(short(tick), LEFT - 5, this.y(tick) + 4);
     to.save();
     to.translate(10, (TOP + height - BOTTOM) / 2);
     to.rotate(-Math.PI / 2);

@@ -1,8 +1,8 @@
 //! A set of rows that come and go: vertices, edges or critical edges, found by their ids.
 //!
-//! In: rows. Out: slots, that stay a row's own as long as it lives, and blocks of slots that have changed. Invariants: no
-//! allocation for a row; slots that are free begin with -1; `sum` is the sum of the hashes of all rows, modulo 2^64, as
-//! [high, low]. Must not know: what the rows mean, graphics.
+//! In: rows. Out: slots, that stay a row's own as long as it lives, and blocks of slots that have changed.
+//! Invariants: no allocation for a row; slots that are free begin with -1; `sum` is the sum of the hashes of all
+//! rows, modulo 2^64, as [high, low]. Must not know: what the rows mean, graphics.
 
 import { hash, hashRow } from "./checksum.js";
 

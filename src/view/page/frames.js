@@ -1,8 +1,8 @@
 //! The outside of messages: CRC-32C, banner, frames, and bytes that come in pieces.
 //!
-//! In: pieces of a byte stream, or bodies. Out: whole frames with their CRCs proved, or bytes to send. Invariants: a length
-//! is believed only as far as bytes have come, and never above the cap; what is held is at most one frame and one piece.
-//! Must not know: what bodies mean.
+//! In: pieces of a byte stream, or bodies. Out: whole frames with their CRCs proved, or bytes to send. Invariants: a
+//! length is believed only as far as bytes have come, and never above the cap; what is held is at most one frame and
+//! one piece. Must not know: what bodies mean.
 
 /** @typedef {"malformed" | "unsupported version" | "too large"} FrameFault */
 
@@ -117,7 +117,8 @@ export function readFrame(bytes, speaks, cap = CAP) {
 
 /** Checks a header, and gives the length of its body. */
 function checkHeader(bytes, view, speaks, cap) {
-  if (view.getUint32(16, true) !== crc32c(bytes, 0, 16)) throw new FrameError("malformed", "the CRC of a header is wrong");
+  if (view.getUint32(16, true) !== crc32c(bytes, 0, 16))
+    throw new FrameError("malformed", "the CRC of a header is wrong");
   if (view.getUint32(0, true) !== FRAME_MAGIC) throw new FrameError("malformed", "no frame begins where one must");
   const version = view.getUint16(4, true);
   if (!speaks(version)) throw new FrameError("unsupported version", `a frame has version ${version}`);

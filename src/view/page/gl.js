@@ -1,7 +1,7 @@
 //! WebGL2 in the few words that the plane needs: two programs, and buffers that grow and are written by blocks.
 //!
-//! In: a context. Out: programs with their places, buffers. Invariants: a buffer grows by doubling and is then written anew.
-//! Must not know: skeletons, cameras.
+//! In: a context. Out: programs with their places, buffers. Invariants: a buffer grows by doubling and is then
+//! written anew. Must not know: skeletons, cameras.
 
 const FLAT_VERTEX = `#version 300 es
 layout(location = 0) in vec2 place;

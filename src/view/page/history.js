@@ -1,7 +1,8 @@
 //! The last frames, to step back to: how to get from each to its neighbours, and what was drawn beside it.
 //!
-//! In: changes with those that take them back. Out: the mirror, moved. Invariants: at most so many bytes and frames are held,
-//! the oldest go first; a snapshot, which nothing leads back from, begins anew. Must not know: sockets, graphics.
+//! In: changes with those that take them back. Out: the mirror, moved. Invariants: at most so many bytes and frames
+//! are held, the oldest go first; a snapshot, which nothing leads back from, begins anew. Must not know: sockets,
+//! graphics.
 
 import { bytesOf } from "./mirror.js";
 

@@ -1,7 +1,8 @@
 //! The lives of tracks: when each began and ended and how, while it may still be seen.
 //!
-//! In: events of tracks. Out: lives, each in a lane of its own as long as it lasts. Invariants: at most so many lives are
-//! held, and none that ended so many frames ago; a lane has one life at a time. Must not know: drawing, messages' bytes.
+//! In: events of tracks. Out: lives, each in a lane of its own as long as it lasts. Invariants: at most so many lives
+//! are held, and none that ended so many frames ago; a lane has one life at a time. Must not know: drawing, messages'
+//! bytes.
 
 /** Lives that ended longer ago than this many frames are forgotten. */
 export const SPAN = 1800;
@@ -58,7 +59,15 @@ export class Lifelines {
     const lane = this.freeLane(from, this.lives.get(parent)?.lane ?? 0);
     this.lanes[lane] = Infinity;
     this.lives.set(track.id, {
-      id: track.id, lane, from, to: null, began, parent, ended: null, into: null, pale: track.selected ? [] : [from],
+      id: track.id,
+      lane,
+      from,
+      to: null,
+      began,
+      parent,
+      ended: null,
+      into: null,
+      pale: track.selected ? [] : [from],
     });
   }
 

@@ -1,7 +1,8 @@
 //! The lives of tracks as bars over frames: births, splits, mergers and deaths.
 //!
-//! In: lives, the frame shown, what is meant. Out: pixels, and whose bar is under a pointer. Invariants: a life stays in its
-//! lane; time runs to the right, and the frame shown is a line. Must not know: how lives are told of, the plane.
+//! In: lives, the frame shown, what is meant. Out: pixels, and whose bar is under a pointer. Invariants: a life stays
+//! in its lane; time runs to the right, and the frame shown is a line. Must not know: how lives are told of, the
+//! plane.
 
 import { contextOf, whole } from "./canvas.js";
 import { colorOf, faded, palette } from "./colors.js";
@@ -137,7 +138,9 @@ export class Lives {
   /** The track of the bar at a point. */
   at(left, top) {
     const reach = Math.max(3, this.pitch / 2);
-    const bar = this.bars.find((one) => left >= one.left - 2 && left <= one.right + 2 && Math.abs(top - one.y) <= reach);
+    const bar = this.bars.find(
+      (one) => left >= one.left - 2 && left <= one.right + 2 && Math.abs(top - one.y) <= reach,
+    );
     return bar ? { track: bar.life.id, birth: NaN, death: NaN } : null;
   }
 }

@@ -1,7 +1,8 @@
 //! The page: puts session, pictures and controls together, and draws when something has changed.
 //!
-//! In: the address, the user. Out: the page, and `window.hopes.state()` for tests. Invariants: at most one drawing a screen
-//! frame and none where nothing has changed; a hidden page follows nothing. Must not know: bytes, the graphics card.
+//! In: the address, the user. Out: the page, and `window.hopes.state()` for tests. Invariants: at most one drawing a
+//! screen frame and none where nothing has changed; a hidden page follows nothing. Must not know: bytes, the graphics
+//! card.
 
 import { Camera } from "./camera.js";
 import { readPalette } from "./colors.js";
@@ -24,7 +25,9 @@ class Page {
   constructor() {
     readPalette();
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    this.session = new Session(`${scheme}://${location.host}/ws`, choiceFrom(location.hash), (what) => this.changed(what));
+    this.session = new Session(`${scheme}://${location.host}/ws`, choiceFrom(location.hash), (what) =>
+      this.changed(what),
+    );
     this.labels = new Labels();
     this.camera = new Camera(el("plane"), () => this.mark());
     this.plane = new Plane(el("plane"), this.camera, this.labels);
@@ -107,7 +110,8 @@ class Page {
     const alive = [...this.session.beside.alive].sort((a, b) => b.death - b.birth - (a.death - a.birth) || a.id - b.id);
     if (alive.length === 0) return;
     const at = alive.findIndex((track) => isMeant(this.pinned, track.id));
-    const { id, birth, death } = alive[at < 0 ? (by > 0 ? 0 : alive.length - 1) : (at + by + alive.length) % alive.length];
+    const { id, birth, death } =
+      alive[at < 0 ? (by > 0 ? 0 : alive.length - 1) : (at + by + alive.length) % alive.length];
     this.pin({ track: id, birth, death });
   }
 

@@ -1,8 +1,8 @@
 //! A copy of one view of one stream: what snapshots and diffs lead to, each proved by its checksum.
 //!
 //! In: `Snapshot`, `Diff`. Out: rows of vertices, edges and critical edges; for each diff the one that takes it back.
-//! Invariants: a vertex that stays keeps its slot, also where it moves. After a `Contradiction` nothing of it is of use until
-//! the next snapshot. Must not know: tracks, graphics, sockets.
+//! Invariants: a vertex that stays keeps its slot, also where it moves. After a `Contradiction` nothing of it is of
+//! use until the next snapshot. Must not know: tracks, graphics, sockets.
 
 import { Elements } from "./elements.js";
 
@@ -66,7 +66,9 @@ export class Mirror {
     return { vertices_added, vertices_removed, edges_added, edges_removed, ...back };
   }
 
-  /** Removes and adds vertices. Both lists are sorted, so those in both are found in passing. Gives the rows removed. */
+  /**
+   * Removes and adds vertices. Both lists are sorted, so those in both are found in passing. Gives the rows removed.
+   */
   moveVertices(removed, added) {
     const { vertices } = this;
     const gone = new Float64Array(removed.length * 3);
@@ -125,7 +127,8 @@ export const bytesOf = (change) => Object.values(change).reduce((sum, list) => s
 /** A vertex's slot, which must be there. */
 function found(elements, a, b = 0) {
   const slot = elements.find(a, b);
-  if (slot < 0) throw new Contradiction(`${elements.ids > 1 ? `edge ${a}-${b}` : `vertex ${a}`} is to go and is not there`);
+  if (slot < 0)
+    throw new Contradiction(`${elements.ids > 1 ? `edge ${a}-${b}` : `vertex ${a}`} is to go and is not there`);
   return slot;
 }
 

@@ -1,24 +1,21 @@
 //! The plane: points, tree edges, critical edges and filled holes, drawn by WebGL2.
 //!
-//! In: a mirror and what lives beside it, a camera, what is meant. Out: pixels. Invariants: only blocks that have changed are
-//! written to the graphics card; coordinates there are taken from an origin nearby, so that their 24 bits suffice; a lost
-//! context is built anew. Must not know: sockets, messages.
+//! In: a mirror and what lives beside it, a camera, what is meant. Out: pixels. Invariants: only blocks that have
+//! changed are written to the graphics card; coordinates there are taken from an origin nearby, so that their 24 bits
+//! suffice; a lost context is built anew. Must not know: sockets, messages.
 
 import { colorOf, palette } from "./colors.js";
 import { isMeant } from "./cycles.js";
 import { BLOCK_BITS } from "./elements.js";
 import { Buffer, programs } from "./gl.js";
+import { Strips } from "./strips.js";
 
 const BLOCK = 1 << BLOCK_BITS;
 /** Out of every view, for slots that are free. */
 const AWAY = 1e30;
-/** Numbers that a strip takes: two ends, a colour, half a width. */
-const STRIP = 9;
 /** Holes that are filled, at most; each takes two calls. */
 const MOST_HOLES = 1500;
 const BOUNDS_EVERY = 200;
-/** Corners of what is drawn as a circle. */
-const CORNERS = 48;
 
 export class Plane {
   /** @param {HTMLCanvasElement} canvas @param {import("./camera.js").Camera} camera */
@@ -43,13 +40,13 @@ export class Plane {
     this.places = new Buffer(gl, gl.ARRAY_BUFFER, Float32Array);
     this.links = new Buffer(gl, gl.ELEMENT_ARRAY_BUFFER, Uint32Array);
     this.fans = new Buffer(gl, gl.ELEMENT_ARRAY_BUFFER, Uint32Array);
-    this.strips = new Buffer(gl, gl.ARRAY_BUFFER, Float32Array);
+    this.strips = new Strips(gl, this.labels);
     this.flatArray = this.arrayOf(() => {
       this.places.bind();
       gl.enableVertexAttribArray(0);
       gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
     });
-    this.stripArray = this.arrayOf(() => this.describeStrips());
+    this.stripArray = this.arrayOf(() => this.strips.describe());
     this.stale = true;
   }
 
@@ -59,17 +56,6 @@ export class Plane {
     describe();
     this.gl.bindVertexArray(null);
     return array;
-  }
-
-  describeStrips() {
-    const { gl } = this;
-    this.strips.bind();
-    [4, 4, 1].reduce((from, size, place) => {
-      gl.enableVertexAttribArray(place);
-      gl.vertexAttribPointer(place, size, gl.FLOAT, false, 4 * STRIP, 4 * from);
-      gl.vertexAttribDivisor(place, 1);
-      return from + size;
-    }, 0);
   }
 
   /** Draws a frame. @param {import("./mirror.js").Mirror} mirror */
@@ -111,7 +97,7 @@ export class Plane {
   upload({ vertices, edges }) {
     const { gl, places, links, origin } = this;
     gl.bindVertexArray(null);
-    if (places.reserve(2 * vertices.hashes.length / 2) || this.stale) vertices.changed.fill(1);
+    if (places.reserve((2 * vertices.hashes.length) / 2) || this.stale) vertices.changed.fill(1);
     places.bind();
     forRuns(vertices, (from, to) => {
       for (let slot = from; slot < to; slot++) {
@@ -121,7 +107,7 @@ export class Plane {
       }
       places.write(2 * from, 2 * to);
     });
-    if (links.reserve(2 * edges.hashes.length / 2) || this.stale) edges.changed.fill(1);
+    if (links.reserve((2 * edges.hashes.length) / 2) || this.stale) edges.changed.fill(1);
     links.bind();
     forRuns(edges, (from, to) => {
       for (let slot = from; slot < to; slot++) linkOf(vertices, edges, slot, links.array);
@@ -201,8 +187,14 @@ export class Plane {
 
   /** Lays out the triangles of all holes, the largest hole first. */
   layFans(vertices, alive, cycles) {
-    const holes = alive.filter((track) => cycles.get(track.id)?.length).sort((a, b) => b.area - a.area).slice(0, MOST_HOLES);
-    const length = holes.reduce((sum, { id }) => sum + cycles.get(id).reduce((all, walk) => all + 3 * walk.length, 0), 0);
+    const holes = alive
+      .filter((track) => cycles.get(track.id)?.length)
+      .sort((a, b) => b.area - a.area)
+      .slice(0, MOST_HOLES);
+    const length = holes.reduce(
+      (sum, { id }) => sum + cycles.get(id).reduce((all, walk) => all + 3 * walk.length, 0),
+      0,
+    );
     this.fans.reserve(length);
     let at = 0;
     const ranges = holes.map((track) => {
@@ -218,7 +210,11 @@ export class Plane {
   /** Strips in relief: walks around holes thin, critical edges above them thick. */
   drawStrips(mirror, beside, hit) {
     const { gl } = this;
-    const count = this.layStrips(mirror, beside, hit);
+    const count = this.strips.lay(mirror, beside, hit, {
+      ...this.origin,
+      places: this.places.array,
+      ratio: this.ratio,
+    });
     if (count === 0) return;
     gl.useProgram(this.programs.strip.program);
     gl.uniform4fv(this.programs.strip.view, this.view());
@@ -226,79 +222,6 @@ export class Plane {
     gl.bindVertexArray(this.stripArray);
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
   }
-
-  layStrips(mirror, beside, hit) {
-    const { vertices, critical } = mirror;
-    const outlines = outlinesOf(mirror, beside);
-    this.strips.reserve(STRIP * (critical.count + outlines.reduce((sum, { length }) => sum + length, 0)));
-    this.laid = 0;
-    for (const { track, walk } of outlines) {
-      const [alpha, width] = isMeant(hit, track.id) ? [1, 1.3] : [track.selected ? 0.8 : 0.3, 0.65];
-      const { rgb } = colorOf(track.id);
-      if (!walk) this.layCircle(track, rgb, alpha, width);
-      for (let i = 0; walk && i < walk.length; i++) {
-        this.layStrip(vertices, walk[i], walk[(i + 1) % walk.length], rgb, alpha, width);
-      }
-    }
-    this.layCritical(mirror, hit);
-    this.strips.bind();
-    this.strips.write(0, STRIP * this.laid);
-    return this.laid;
-  }
-
-  /** Critical edges of tracks thick; the others thin, and pale if they matter little. */
-  layCritical({ vertices, critical: { rows, end } }, hit) {
-    let largest = 0;
-    for (let at = 0; at < 4 * end; at += 4) if (rows[at] >= 0) largest = Math.max(largest, rows[at + 3] - rows[at + 2]);
-    for (let at = 0; at < 4 * end; at += 4) {
-      if (rows[at] < 0) continue;
-      const [birth, death] = [rows[at + 2], rows[at + 3]];
-      const track = this.labels.find(birth, death);
-      const { rgb } = track ? colorOf(track.id) : palette.critical;
-      const alpha = track ? 1 : 0.25 + 0.75 * Math.sqrt((death - birth) / largest || 0);
-      const width = isMeant(hit, track?.id ?? null, birth, death) ? 2.4 : track ? 1.4 : 0.6;
-      this.layStrip(vertices, rows[at], rows[at + 1], rgb, alpha, width);
-    }
-  }
-
-  /** A hole whose walks are not known, as the circle inside it. */
-  layCircle({ center, radius }, rgb, alpha, width) {
-    const { origin } = this;
-    const [x, y, r] = [(center[0] - origin.x) / origin.unit, (center[1] - origin.y) / origin.unit, radius / origin.unit];
-    const turn = (2 * Math.PI) / CORNERS;
-    for (let i = 0; i < CORNERS; i++) {
-      const at = (angle) => [x + r * Math.cos(angle), y + r * Math.sin(angle)];
-      this.putStrip(...at(i * turn), ...at((i + 1) * turn), rgb, alpha, width);
-    }
-  }
-
-  layStrip(vertices, a, b, rgb, alpha, width) {
-    const [from, to] = [vertices.find(a), vertices.find(b)];
-    if (from < 0 || to < 0) return;
-    const { array } = this.places;
-    this.putStrip(array[2 * from], array[2 * from + 1], array[2 * to], array[2 * to + 1], rgb, alpha, width);
-  }
-
-  putStrip(ax, ay, bx, by, rgb, alpha, width) {
-    const into = this.strips.array;
-    let at = STRIP * this.laid++;
-    into[at++] = ax;
-    into[at++] = ay;
-    into[at++] = bx;
-    into[at++] = by;
-    into[at++] = rgb[0];
-    into[at++] = rgb[1];
-    into[at++] = rgb[2];
-    into[at++] = alpha;
-    into[at] = width * this.ratio;
-  }
-}
-
-/** What is drawn around holes: walks, or circles in a simplified view, which lacks most of their vertices. */
-function outlinesOf({ frame }, { alive, cycles }) {
-  if (frame && frame.view.simplify !== "No") return alive.map((track) => ({ track, walk: null, length: CORNERS }));
-  return alive.flatMap((track) =>
-    (cycles.get(track.id) ?? []).map((walk) => ({ track, walk, length: walk.length })));
 }
 
 /** A context with smooth edges; without, where there is no graphics card and every pixel costs. */

@@ -1,10 +1,26 @@
 //! The protocol's messages, as far as one who follows streams needs them. `protocol/SPEC.md` defines every byte.
 //!
-//! In: a type and a body, or a message. Out: a message, or a frame. Invariants: fields have the names of the SPEC; lists of
-//! vertices, edges and critical edges are rows in one Float64Array; a body is read to its last byte or refused.
-//! Must not know: sockets, what is done with messages.
+//! In: a type and a body, or a message. Out: a message, or a frame. Invariants: fields have the names of the SPEC;
+//! lists of vertices, edges and critical edges are rows in one Float64Array; a body is read to its last byte or
+//! refused. Must not know: sockets, what is done with messages.
 
-import { BodyError, Reader, Writer, bool, f64, list, maybe, oneOf, record, rows, text, tuple, u16, u32, u64 } from "./bytes.js";
+import {
+  BodyError,
+  Reader,
+  Writer,
+  bool,
+  f64,
+  list,
+  maybe,
+  oneOf,
+  record,
+  rows,
+  text,
+  tuple,
+  u16,
+  u32,
+  u64,
+} from "./bytes.js";
 import { writeFrame } from "./frames.js";
 
 /** The lowest and the highest version spoken here. */
@@ -81,7 +97,10 @@ const ids = rows(1, 0);
 const edges = rows(2, 0);
 const critical = rows(2, 2);
 
-/** Name and body of each type, in both versions and then in the second alone. @type {Record<number, [string, any, number?]>} */
+/**
+ * Name and body of each type, in both versions and then in the second alone.
+ * @type {Record<number, [string, any, number?]>}
+ */
 const MESSAGES = {
   0x0001: ["Hello", record({ software: text, capabilities: list(text) })],
   0x0002: [

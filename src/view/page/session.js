@@ -1,8 +1,8 @@
 //! What the page follows: one stream in one view, with its tracks and its last frames.
 //!
-//! In: what the user chose, messages. Out: mirror, tracks, dots, history, and word when any of them has changed. Invariants:
-//! while paused or hidden nothing is subscribed to, so nothing can pile up; afterwards it goes on from the frame that is held,
-//! by diffs where the daemon still has them. Must not know: graphics, the page's elements.
+//! In: what the user chose, messages. Out: mirror, tracks, dots, history, and word when any of them has changed.
+//! Invariants: while paused or hidden nothing is subscribed to, so nothing can pile up; afterwards it goes on from
+//! the frame that is held, by diffs where the daemon still has them. Must not know: graphics, the page's elements.
 
 import { Connection } from "./connection.js";
 import { History } from "./history.js";
@@ -167,7 +167,12 @@ export class Session {
     this.channel = this.lastChannel += 1;
     this.subscribed = performance.now();
     this.sentView = view;
-    this.connection.send(this.channel, "Subscribe", { pattern: stream, view, dots: { Top: DOTS }, resume: this.resumeFrom() });
+    this.connection.send(this.channel, "Subscribe", {
+      pattern: stream,
+      view,
+      dots: { Top: DOTS },
+      resume: this.resumeFrom(),
+    });
     this.trackless = this.connection.version < 2 ? "this daemon is too old for tracks" : "";
     this.wantTracks();
   }

@@ -1,7 +1,7 @@
 //! What the page says in words: how the connection stands, counts, and what is known of one cycle.
 //!
-//! In: the session, what is meant, rates. Out: texts. Invariants: texts are set, never parsed as HTML; a text that stays the
-//! same is not touched, so that nobody is read the same thing twice. Must not know: drawing.
+//! In: the session, what is meant, rates. Out: texts. Invariants: texts are set, never parsed as HTML; a text that
+//! stays the same is not touched, so that nobody is read the same thing twice. Must not know: drawing.
 
 import { short, whole } from "./canvas.js";
 import { colorOf } from "./colors.js";
@@ -64,7 +64,8 @@ function showMessage({ connection, choice, streams, mirror, notice }) {
   let text = notice;
   if (connection.state === "gone") text = `${connection.loss} Trying again …`;
   else if (connection.state === "connecting") text = "Connecting to the daemon …";
-  else if (choice.stream === null) text = "The daemon has no streams yet. One appears here as soon as somebody feeds it.";
+  else if (choice.stream === null)
+    text = "The daemon has no streams yet. One appears here as soon as somebody feeds it.";
   else if (!mirror.frame && !notice) {
     const isThere = streams.some((stream) => stream.name === choice.stream);
     text = isThere ? "Waiting for the first frame …" : `There is no stream “${choice.stream}” yet.`;

@@ -1,7 +1,8 @@
 //! Living tracks and their cycles, as `Tracks` messages lead from one frame to the next.
 //!
-//! In: `Tracks` (asked for with `Cycles`). Out: who lives, their cycles by id, and their lives. Invariants: lists and maps are
-//! replaced, never changed, so whoever keeps those of a frame keeps that frame. Must not know: skeletons, drawing, sockets.
+//! In: `Tracks` (asked for with `Cycles`). Out: who lives, their cycles by id, and their lives. Invariants: lists and
+//! maps are replaced, never changed, so whoever keeps those of a frame keeps that frame. Must not know: skeletons,
+//! drawing, sockets.
 
 import { Lifelines } from "./lifelines.js";
 
