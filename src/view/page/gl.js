@@ -3,6 +3,11 @@
 //! In: a context. Out: programs with their places, buffers. Invariants: a buffer grows by doubling and is then
 //! written anew. Must not know: skeletons, cameras.
 
+/** Texels in a row of a texture of strips. */
+const TEXELS = 1024;
+/** Numbers that a strip takes: two ends; a colour of 24 bits, how far it hides what is below, half a width, nothing. */
+export const STRIP = 8;
+
 const FLAT_VERTEX = `#version 300 es
 layout(location = 0) in vec2 place;
 uniform vec4 view;
@@ -22,22 +27,31 @@ void main() {
   pixel = vec4(color.rgb * color.a, color.a);
 }`;
 
-/** A strip of a width in pixels from one place to another, one an instance. */
+/**
+ * A strip of a width in pixels from one place to another: two triangles. Strips lie in a texture, two texels each, since
+ * instances of so few corners are slow where WebGL has no graphics card.
+ */
 const STRIP_VERTEX = `#version 300 es
-layout(location = 0) in vec4 ends;
-layout(location = 1) in vec4 tint;
-layout(location = 2) in float width;
+uniform highp sampler2D strips;
 uniform vec4 view;
 uniform vec2 pixels;
 out vec4 color;
+const int CORNER[6] = int[6](0, 1, 2, 2, 1, 3);
 void main() {
+  int strip = gl_VertexID / 6;
+  int corner = CORNER[gl_VertexID % 6];
+  ivec2 at = ivec2(2 * (strip % ${TEXELS / 2}), strip / ${TEXELS / 2});
+  vec4 ends = texelFetch(strips, at, 0);
+  vec4 looks = texelFetch(strips, at + ivec2(1, 0), 0);
   vec2 a = (ends.xy * view.xy + view.zw) * pixels;
   vec2 b = (ends.zw * view.xy + view.zw) * pixels;
   vec2 along = length(b - a) > 1e-6 ? normalize(b - a) : vec2(1.0, 0.0);
-  vec2 across = vec2(-along.y, along.x) * (gl_VertexID % 2 == 0 ? width : -width);
-  vec2 end = gl_VertexID < 2 ? a - 0.5 * along * width : b + 0.5 * along * width;
+  vec2 across = vec2(-along.y, along.x) * (corner % 2 == 0 ? looks.z : -looks.z);
+  vec2 end = corner < 2 ? a - 0.5 * along * looks.z : b + 0.5 * along * looks.z;
   gl_Position = vec4((end + across) / pixels, 0.0, 1.0);
-  color = vec4(tint.rgb * tint.a, tint.a);
+  int tint = int(looks.x);
+  vec3 rgb = vec3(tint >> 16, (tint >> 8) & 255, tint & 255) / 255.0;
+  color = vec4(rgb * looks.y, looks.y);
 }`;
 
 const STRIP_FRAGMENT = `#version 300 es
@@ -49,7 +63,7 @@ void main() { pixel = color; }`;
 /** Compiles both programs. @param {WebGL2RenderingContext} gl */
 export const programs = (gl) => ({
   flat: program(gl, FLAT_VERTEX, FLAT_FRAGMENT, ["view", "size", "color", "isRound"]),
-  strip: program(gl, STRIP_VERTEX, STRIP_FRAGMENT, ["view", "pixels"]),
+  strip: program(gl, STRIP_VERTEX, STRIP_FRAGMENT, ["view", "pixels", "strips"]),
 });
 
 function program(gl, vertex, fragment, names) {
@@ -98,5 +112,44 @@ export class Buffer {
 
   bind() {
     this.gl.bindBuffer(this.target, this.made);
+  }
+}
+
+/** Strips in a texture, and the array that is written to it. */
+export class StripTexture {
+  /** @param {WebGL2RenderingContext} gl */
+  constructor(gl) {
+    this.gl = gl;
+    this.array = new Float32Array(0);
+    this.made = gl.createTexture();
+    this.bind();
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    const rows = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    /** The most strips that there may be. */
+    this.most = (Math.min(rows, 4096) * TEXELS) / 2;
+  }
+
+  bind() {
+    this.gl.bindTexture(this.gl.TEXTURE_2D, this.made);
+  }
+
+  /** Makes room for so many strips, or the most that there may be. */
+  reserve(strips) {
+    const { gl } = this;
+    const rows = Math.ceil((2 * Math.min(strips, this.most)) / TEXELS);
+    if (rows * TEXELS * 4 <= this.array.length) return;
+    const grown = Math.min(this.most / (TEXELS / 2), Math.max(rows, (2 * this.array.length) / (4 * TEXELS)));
+    this.array = new Float32Array(grown * TEXELS * 4);
+    this.bind();
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, TEXELS, grown, 0, gl.RGBA, gl.FLOAT, null);
+  }
+
+  /** Writes the first strips of the array to the texture. */
+  write(strips) {
+    const { gl } = this;
+    this.bind();
+    const rows = Math.ceil((2 * strips) / TEXELS);
+    if (rows > 0) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, TEXELS, rows, gl.RGBA, gl.FLOAT, this.array);
   }
 }

@@ -46,7 +46,7 @@ export class Plane {
       gl.enableVertexAttribArray(0);
       gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
     });
-    this.stripArray = this.arrayOf(() => this.strips.describe());
+    this.noArray = gl.createVertexArray();
     this.stale = true;
   }
 
@@ -161,7 +161,8 @@ export class Plane {
     const room = Math.sqrt(((right - left) * (top - bottom)) / Math.max(1, vertices.count)) * this.camera.scale;
     gl.uniform1f(this.programs.flat.size, this.ratio * Math.min(4.5, Math.max(1.25, 0.35 * room)));
     gl.uniform1i(this.programs.flat.isRound, 1);
-    this.color(palette.point, 0.9);
+    // Where points lie on each other, the crowd makes the shade.
+    this.color(palette.point, room < 4 ? 0.55 : 0.9);
     gl.drawArrays(gl.POINTS, 0, vertices.end);
   }
 
@@ -219,16 +220,25 @@ export class Plane {
     gl.useProgram(this.programs.strip.program);
     gl.uniform4fv(this.programs.strip.view, this.view());
     gl.uniform2f(this.programs.strip.pixels, this.canvas.width / 2, this.canvas.height / 2);
-    gl.bindVertexArray(this.stripArray);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
+    gl.uniform1i(this.programs.strip.strips, 0);
+    gl.bindVertexArray(this.noArray);
+    gl.drawArrays(gl.TRIANGLES, 0, 6 * count);
   }
 }
 
 /** A context with smooth edges; without, where there is no graphics card and every pixel costs. */
 function contextOf(canvas) {
-  const wanted = { stencil: true, powerPreference: "high-performance" };
-  const quick = canvas.getContext("webgl2", { ...wanted, antialias: true, failIfMajorPerformanceCaveat: true });
-  return quick ?? canvas.getContext("webgl2", { ...wanted, antialias: false });
+  return canvas.getContext("webgl2", { stencil: true, antialias: !isSoftware(), powerPreference: "high-performance" });
+}
+
+/** Whether WebGL is drawn by the processor. A context cannot be changed afterwards, so another one is asked. */
+function isSoftware() {
+  const probe = document.createElement("canvas").getContext("webgl2");
+  if (!probe) return true;
+  const info = probe.getExtension("WEBGL_debug_renderer_info");
+  const name = String(probe.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : probe.RENDERER));
+  probe.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
 /** Calls for each run of blocks that have changed, and notes that they are dealt with. */

@@ -1,37 +1,22 @@
 //! What stands out in the plane: outlines of holes, and critical edges above them, as strips of some width.
 //!
-//! In: a mirror and what lives beside it, what is meant, where the plane's places are counted from. Out: a buffer of
+//! In: a mirror and what lives beside it, what is meant, where the plane's places are counted from. Out: a texture of
 //! strips. Invariants: a track's strips have its colour; strips lie in the order in which they are drawn. Must not
 //! know: cameras.
 
 import { colorOf, palette } from "./colors.js";
 import { isMeant } from "./cycles.js";
-import { Buffer } from "./gl.js";
+import { STRIP, StripTexture } from "./gl.js";
 
-/** Numbers that a strip takes: two ends, a colour, half a width. */
-const STRIP = 9;
 /** Corners of what is drawn as a circle. */
 const CORNERS = 48;
 
 export class Strips {
   /** @param {WebGL2RenderingContext} gl @param {import("./cycles.js").Labels} labels */
   constructor(gl, labels) {
-    this.gl = gl;
     this.labels = labels;
-    this.buffer = new Buffer(gl, gl.ARRAY_BUFFER, Float32Array);
+    this.texture = new StripTexture(gl);
     this.laid = 0;
-  }
-
-  /** Tells the graphics card how strips lie in the buffer. */
-  describe() {
-    const { gl } = this;
-    this.buffer.bind();
-    [4, 4, 1].reduce((from, size, place) => {
-      gl.enableVertexAttribArray(place);
-      gl.vertexAttribPointer(place, size, gl.FLOAT, false, 4 * STRIP, 4 * from);
-      gl.vertexAttribDivisor(place, 1);
-      return from + size;
-    }, 0);
   }
 
   /**
@@ -42,7 +27,7 @@ export class Strips {
     this.ground = ground;
     const { vertices, critical } = mirror;
     const outlines = outlinesOf(mirror, beside);
-    this.buffer.reserve(STRIP * (critical.count + outlines.reduce((sum, { length }) => sum + length, 0)));
+    this.texture.reserve(critical.count + outlines.reduce((sum, { length }) => sum + length, 0));
     this.laid = 0;
     for (const { track, walk } of outlines) {
       const [alpha, width] = isMeant(hit, track.id) ? [1, 1.3] : [track.selected ? 0.8 : 0.3, 0.65];
@@ -53,8 +38,7 @@ export class Strips {
       }
     }
     this.layCritical(mirror, hit);
-    this.buffer.bind();
-    this.buffer.write(0, STRIP * this.laid);
+    this.texture.write(this.laid);
     return this.laid;
   }
 
@@ -93,15 +77,14 @@ export class Strips {
   }
 
   putStrip(ax, ay, bx, by, rgb, alpha, width) {
-    const into = this.buffer.array;
+    if (this.laid === this.texture.most) return;
+    const into = this.texture.array;
     let at = STRIP * this.laid++;
     into[at++] = ax;
     into[at++] = ay;
     into[at++] = bx;
     into[at++] = by;
-    into[at++] = rgb[0];
-    into[at++] = rgb[1];
-    into[at++] = rgb[2];
+    into[at++] = (Math.round(255 * rgb[0]) << 16) | (Math.round(255 * rgb[1]) << 8) | Math.round(255 * rgb[2]);
     into[at++] = alpha;
     into[at] = width * this.ground.ratio;
   }
