@@ -212,3 +212,9 @@ test("history holds no more than its bytes, and begins anew with a snapshot", ()
   history.restart({ number: 101 });
   assert.deepEqual([history.before, history.after, history.bytes], [0, 0, 0]);
 });
+
+test("where nothing is held, a step leads nowhere", () => {
+  const mirror = new Mirror();
+  for (const by of [-1, 1, Infinity]) assert.equal(new History().go(mirror, by), null);
+  assert.equal(mirror.frame, null);
+});

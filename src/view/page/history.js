@@ -74,6 +74,7 @@ export class History {
 
   /** Moves the mirror by so many frames, or as far as there are any. Gives what was drawn beside the frame. */
   go(mirror, by) {
+    if (this.steps.length === 0) return null;
     const target = Math.max(0, Math.min(this.steps.length - 1, this.at + by));
     while (this.at > target) {
       const { back } = this.steps[this.at];
