@@ -13,6 +13,8 @@ const BOTTOM = 30;
 const TOP = 10;
 const RIGHT = 10;
 const REACH = 14;
+/** So many cycles in the view are all worth a large dot. */
+const FEW = 200;
 
 export class Diagram {
   /** @param {HTMLCanvasElement} canvas @param {import("./cycles.js").Labels} labels */
@@ -134,13 +136,14 @@ export class Diagram {
   /** Small dots first, so that those that count lie on top. */
   drawDots(frame, hit) {
     const { to } = this;
+    const isFew = frame !== null && frame.cycles <= FEW;
     for (let i = this.dots.length - 1; i >= 0; i--) {
       const { birth, death } = this.dots[i];
       const track = this.labels.find(birth, death);
       const shown = isShown(frame, birth, death);
       const meant = isMeant(hit, track?.id ?? null, birth, death);
       to.fillStyle = track ? colorOf(track.id).css : shown ? palette.critical.css : faded(palette.muted, 0.55);
-      const radius = meant ? 7 : track ? 4 : shown ? 2.4 : 1.6;
+      const radius = meant ? 7 : track || (shown && isFew) ? 4 : shown ? 2.4 : 1.6;
       to.beginPath();
       to.arc(this.x(birth), this.y(death), radius, 0, 7);
       to.fill();

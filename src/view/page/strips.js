@@ -8,6 +8,8 @@ import { colorOf, palette } from "./colors.js";
 import { isMeant } from "./cycles.js";
 import { STRIP, StripTexture } from "./gl.js";
 
+/** So many critical edges are all worth a thick line. */
+const FEW = 200;
 /** Corners of what is drawn as a circle. */
 const CORNERS = 48;
 
@@ -42,8 +44,8 @@ export class Strips {
     return this.laid;
   }
 
-  /** Critical edges of tracks thick; the others thin, and pale if they matter little. */
-  layCritical({ vertices, critical: { rows, end } }, hit) {
+  /** Critical edges of tracks thick; the others, where there are many, thin and pale if they matter little. */
+  layCritical({ vertices, critical: { rows, end, count } }, hit) {
     let largest = 0;
     for (let at = 0; at < 4 * end; at += 4) if (rows[at] >= 0) largest = Math.max(largest, rows[at + 3] - rows[at + 2]);
     for (let at = 0; at < 4 * end; at += 4) {
@@ -51,8 +53,9 @@ export class Strips {
       const [birth, death] = [rows[at + 2], rows[at + 3]];
       const track = this.labels.find(birth, death);
       const { rgb } = track ? colorOf(track.id) : palette.critical;
-      const alpha = track ? 1 : 0.25 + 0.75 * Math.sqrt((death - birth) / largest || 0);
-      const width = isMeant(hit, track?.id ?? null, birth, death) ? 2.4 : track ? 1.4 : 0.6;
+      const isPlain = track !== null || count <= FEW;
+      const alpha = isPlain ? 1 : 0.25 + 0.75 * Math.sqrt((death - birth) / largest || 0);
+      const width = isMeant(hit, track?.id ?? null, birth, death) ? 2.4 : isPlain ? 1.4 : 0.6;
       this.layStrip(vertices, rows[at], rows[at + 1], rgb, alpha, width);
     }
   }
