@@ -12,7 +12,33 @@ macro_rules! files {
     };
 }
 
-const FILES: &[(&str, &[u8])] = files!["index.html", "page.js", "style.css"];
+const FILES: &[(&str, &[u8])] = files![
+    "bytes.js",
+    "camera.js",
+    "canvas.js",
+    "checksum.js",
+    "colors.js",
+    "connection.js",
+    "controls.js",
+    "cycles.js",
+    "diagram.js",
+    "elements.js",
+    "frames.js",
+    "gl.js",
+    "history.js",
+    "index.html",
+    "lifelines.js",
+    "lives.js",
+    "main.js",
+    "mirror.js",
+    "plane.js",
+    "protocol.js",
+    "session.js",
+    "status.js",
+    "strips.js",
+    "style.css",
+    "tracks.js"
+];
 
 /// What kind of file has such a name.
 fn kind(name: &str) -> &'static str {

@@ -1,0 +1,220 @@
+//! The page's copy of a skeleton: checksums of the golden vectors, random changes against a plain model, steps back.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { readFrame } from "../../src/view/page/frames.js";
+import { History } from "../../src/view/page/history.js";
+import { Contradiction, Mirror } from "../../src/view/page/mirror.js";
+import { readMessage } from "../../src/view/page/protocol.js";
+import { bytesOf } from "./vectors.js";
+
+const message = (name) => {
+  const { type, body } = readFrame(bytesOf("v1", name), () => true);
+  return readMessage(1, type, body).body;
+};
+
+/** The checksum as the SPEC has it, in whole numbers of 64 bits. */
+function checksumOf({ vertices, edges, critical }) {
+  const mask = 2n ** 64n - 1n;
+  const bits = (v) => new BigUint64Array(Float64Array.of(v).buffer)[0];
+  const h = (...words) =>
+    words.reduce((hash, word) => {
+      let z = ((hash ^ word) + 0x9e3779b97f4a7c15n) & mask;
+      z = ((z ^ (z >> 30n)) * 0xbf58476d1ce4e5b9n) & mask;
+      z = ((z ^ (z >> 27n)) * 0x94d049bb133111ebn) & mask;
+      return z ^ (z >> 31n);
+    }, 0n);
+  let sum = 0n;
+  for (const [id, x, y] of vertices) sum += h(1n, BigInt(id), bits(x), bits(y));
+  for (const [a, b] of edges) sum += h(2n, BigInt(a), BigInt(b));
+  for (const [a, b, birth, death] of critical) sum += h(3n, BigInt(a), BigInt(b), bits(birth), bits(death));
+  return sum & mask;
+}
+
+/** What a mirror holds, sorted. */
+function held(mirror) {
+  const rowsOf = ({ rows, width, end }) => {
+    const all = [];
+    for (let slot = 0; slot < end; slot++) {
+      if (rows[slot * width] >= 0) all.push(Array.from(rows.subarray(slot * width, (slot + 1) * width)));
+    }
+    return all.sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+  };
+  return { vertices: rowsOf(mirror.vertices), edges: rowsOf(mirror.edges), critical: rowsOf(mirror.critical) };
+}
+
+test("the story of the vectors is followed, each step proved", () => {
+  const mirror = new Mirror();
+  mirror.takeSnapshot(message("snapshot"));
+  for (const name of ["diff", "diff_onwards"]) {
+    mirror.takeDiff(message(name));
+    assert.equal(mirror.frame.number, message(name).frame.number);
+  }
+});
+
+test("a wrong checksum, a gap and an unknown vertex are contradictions", () => {
+  const start = () => {
+    const mirror = new Mirror();
+    mirror.takeSnapshot(message("snapshot"));
+    return mirror;
+  };
+  const diff = message("diff");
+  assert.throws(() => start().takeDiff({ ...diff, checksum: BigInt(diff.checksum) ^ 1n }), Contradiction);
+  assert.throws(() => start().takeDiff({ ...diff, from: diff.from - 1 }), Contradiction);
+  assert.throws(() => start().takeDiff({ ...diff, vertices_removed: Float64Array.of(1e6) }), Contradiction);
+  assert.throws(() => start().takeDiff({ ...diff, edges_added: message("snapshot").edges }), Contradiction);
+});
+
+/** Numbers from 0 to 1 that are the same in every run. */
+function randomFrom(seed) {
+  let state = seed;
+  return () => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return state / 2 ** 32;
+  };
+}
+
+/** A skeleton that changes at random, as maps, and the diffs between its frames. */
+class Model {
+  constructor(seed) {
+    this.random = randomFrom(seed);
+    this.vertices = new Map();
+    this.edges = new Map();
+    this.critical = new Map();
+    this.next = 0;
+  }
+
+  lists() {
+    const sorted = (map) => [...map.values()].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+    return { vertices: sorted(this.vertices), edges: sorted(this.edges), critical: sorted(this.critical) };
+  }
+
+  change() {
+    const { random } = this;
+    for (const id of this.vertices.keys()) if (random() < 0.2) this.vertices.delete(id);
+    for (const [id, row] of this.vertices) if (random() < 0.1) this.vertices.set(id, [id, row[1] + random(), -row[2]]);
+    // Some ids are above 2^32, as after months of a stream.
+    for (let i = 0; i < 40; i++, this.next += random() < 0.1 ? 2 ** 33 : 1) {
+      this.vertices.set(this.next, [this.next, random() - 0.5, 1e9 * random()]);
+    }
+    const ids = [...this.vertices.keys()];
+    for (const [map, label] of [
+      [this.edges, () => []],
+      [this.critical, () => [random(), 1 + random()]],
+    ]) {
+      for (const [key, [a, b]] of map) {
+        if (!this.vertices.has(a) || !this.vertices.has(b) || random() < 0.2) map.delete(key);
+      }
+      for (let i = 0; i < 30; i++) {
+        const [a, b] = [ids[(random() * ids.length) | 0], ids[(random() * ids.length) | 0]].sort((x, y) => x - y);
+        if (a !== b && !(map === this.edges && map.has(`${a} ${b}`))) map.set(`${a} ${b}`, [a, b, ...label()]);
+      }
+    }
+  }
+}
+
+function diffOf(before, after, number) {
+  const byId = (rows) => new Map(rows.map((row) => [row[0], row]));
+  const byEnds = (rows) => new Map(rows.map((row) => [`${row[0]} ${row[1]}`, row]));
+  const unlike = (rows, others, key) => rows.filter((row) => String(others.get(key(row))) !== String(row));
+  const [id, ends] = [(row) => row[0], (row) => `${row[0]} ${row[1]}`];
+  const flat = (rows) => Float64Array.from(rows.flat());
+  return {
+    from: number - 1,
+    frame: { number },
+    vertices_removed: flat(unlike(before.vertices, byId(after.vertices), id).map((row) => [row[0]])),
+    vertices_added: flat(unlike(after.vertices, byId(before.vertices), id)),
+    edges_removed: flat(unlike(before.edges, byEnds(after.edges), ends)),
+    edges_added: flat(unlike(after.edges, byEnds(before.edges), ends)),
+    critical_removed: flat(
+      before.critical.filter((row) => !byEnds(after.critical).has(ends(row))).map((row) => row.slice(0, 2)),
+    ),
+    critical_set: flat(unlike(after.critical, byEnds(before.critical), ends)),
+    checksum: checksumOf(after),
+  };
+}
+
+test("random changes lead where a plain model leads, and back, and forth again", () => {
+  for (const seed of [1, 2, 3]) {
+    const [model, mirror, history] = [new Model(seed), new Mirror(), new History()];
+    const frames = [model.lists()];
+    mirror.takeSnapshot({
+      frame: { number: 0 },
+      vertices: new Float64Array(0),
+      edges: new Float64Array(0),
+      critical: new Float64Array(0),
+      checksum: 0,
+    });
+    history.restart(mirror.frame);
+    for (let number = 1; number <= 60; number++) {
+      model.change();
+      frames.push(model.lists());
+      const diff = diffOf(frames[number - 1], frames[number], number);
+      history.push(diff.frame, diff, mirror.takeDiff(diff));
+      assert.deepEqual(held(mirror), frames[number], `frame ${number}`);
+    }
+    for (const by of [-1, -7, 3, -60, 25, -4, 60]) {
+      history.go(mirror, by);
+      assert.deepEqual(held(mirror), frames[mirror.frame.number], `frame ${mirror.frame.number}`);
+    }
+    assert.equal(mirror.frame.number, 60);
+    assert.deepEqual([history.before, history.after], [60, 0]);
+  }
+});
+
+test("a vertex that moves keeps its slot", () => {
+  const mirror = new Mirror();
+  const none = new Float64Array(0);
+  const vertices = Float64Array.of(1, 0, 0, 2, 1, 0, 3, 0, 1);
+  const snapshot = { frame: { number: 1 }, vertices, edges: none, critical: none };
+  const lists = (rows) => ({ vertices: rows, edges: [], critical: [] });
+  mirror.takeSnapshot({
+    ...snapshot,
+    checksum: checksumOf(
+      lists([
+        [1, 0, 0],
+        [2, 1, 0],
+        [3, 0, 1],
+      ]),
+    ),
+  });
+  const slot = mirror.vertices.find(2);
+  mirror.takeDiff({
+    from: 1,
+    frame: { number: 2 },
+    vertices_removed: Float64Array.of(1, 2),
+    vertices_added: Float64Array.of(2, 5, 5, 4, 1, 1),
+    edges_removed: none,
+    edges_added: none,
+    critical_removed: none,
+    critical_set: none,
+    checksum: checksumOf(
+      lists([
+        [2, 5, 5],
+        [3, 0, 1],
+        [4, 1, 1],
+      ]),
+    ),
+  });
+  assert.equal(mirror.vertices.find(2), slot);
+  assert.equal(mirror.vertices.find(1), -1);
+});
+
+test("history holds no more than its bytes, and begins anew with a snapshot", () => {
+  const [history, list] = [new History(), (bytes) => new Float64Array(bytes / 8)];
+  history.restart({ number: 0 });
+  for (let number = 1; number <= 100; number++) {
+    history.push({ number }, { edges_added: list(1 << 20) }, { edges_removed: list(1 << 20) });
+    assert.ok(history.bytes <= 48 << 20);
+  }
+  assert.equal(history.steps.length, 24);
+  history.restart({ number: 101 });
+  assert.deepEqual([history.before, history.after, history.bytes], [0, 0, 0]);
+});
+
+test("where nothing is held, a step leads nowhere", () => {
+  const mirror = new Mirror();
+  for (const by of [-1, 1, Infinity]) assert.equal(new History().go(mirror, by), null);
+  assert.equal(mirror.frame, null);
+});

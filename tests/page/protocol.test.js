@@ -1,0 +1,142 @@
+//! The page's reading and writing of the protocol against the golden vectors.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { BodyError } from "../../src/view/page/bytes.js";
+import { FrameError, Inbox, crc32c, readBanner, readFrame, writeBanner } from "../../src/view/page/frames.js";
+import { agree, readMessage, typeOf, writeMessage } from "../../src/view/page/protocol.js";
+import { bytesOf, jsonOf, names } from "./vectors.js";
+
+const CAP = 2 ** 30;
+/** What a consumer says itself. */
+const SAID = [
+  "Hello",
+  "Ping",
+  "Pong",
+  "Goodbye",
+  "ListStreams",
+  "Subscribe",
+  "ChangeView",
+  "Unsubscribe",
+  "WantTracks",
+];
+/** Rows of these many columns stand for lists of lists (of numbers where there is one column). */
+const WIDTHS = {
+  vertices: 3,
+  edges: 2,
+  critical: 4,
+  vertices_added: 3,
+  vertices_removed: 1,
+  edges_added: 2,
+  edges_removed: 2,
+  critical_set: 4,
+  critical_removed: 2,
+};
+
+/** A message as the vectors have it. */
+function plain(value, key) {
+  if (value instanceof Float64Array) {
+    const width = WIDTHS[key] ?? 1;
+    if (width === 1) return Array.from(value);
+    return Array.from({ length: value.length / width }, (_, i) => Array.from(value.slice(i * width, (i + 1) * width)));
+  }
+  if (Array.isArray(value)) return value.map((item) => plain(item));
+  if (value === null || typeof value !== "object") return value;
+  return Object.fromEntries(Object.entries(value).map(([name, item]) => [name, plain(item, name)]));
+}
+
+/** Whether a message lists an id that no double holds: the page says so and holds no such skeleton. */
+function listsHugeIds(body) {
+  const big = (value) => (Array.isArray(value) ? value.some(big) : typeof value === "bigint");
+  return Object.keys(WIDTHS).some((key) => big(body[key])) || (body.cycles ?? []).some?.((cycle) => big(cycle.walks));
+}
+
+test("CRC-32C has its known value", () => {
+  assert.equal(crc32c(new TextEncoder().encode("123456789")), 0xe3069283);
+});
+
+for (const version of [1, 2]) {
+  const folder = `v${version}`;
+
+  test(`every message for consumers in ${folder} is read as its vector says, and written as its bytes`, () => {
+    let [read, written, huge] = [0, 0, 0];
+    for (const name of names(folder)) {
+      const vector = jsonOf(folder, name);
+      if (vector.type === "Banner" || typeOf(vector.type) === undefined) continue;
+      const bytes = bytesOf(folder, name);
+      const frame = readFrame(bytes, (other) => other === version, CAP);
+      assert.deepEqual([frame.type, frame.channel, frame.end], [vector.number, vector.channel, bytes.length], name);
+      if (listsHugeIds(vector.body)) {
+        assert.throws(() => readMessage(version, frame.type, frame.body), /more than this page can hold/, name);
+        huge += 1;
+        continue;
+      }
+      const message = readMessage(version, frame.type, frame.body);
+      assert.deepEqual({ type: message.name, ...plain(message.body) }, { type: vector.type, ...vector.body }, name);
+      read += 1;
+      if (!SAID.includes(vector.type)) continue;
+      assert.deepEqual(writeMessage(version, vector.channel, vector.type, vector.body), bytes, name);
+      written += 1;
+    }
+    assert.ok(read > 15 && written > 4 && huge < read / 4, `${read} read, ${written} written, ${huge} with huge ids`);
+  });
+
+  test(`every bad vector of ${folder} is refused for its reason`, () => {
+    for (const name of names(`${folder}/bad`)) {
+      const { error } = jsonOf(`${folder}/bad`, name);
+      assert.equal(faultOf(bytesOf(`${folder}/bad`, name), version), error, name);
+    }
+  });
+}
+
+function faultOf(bytes, version) {
+  try {
+    const frame = readFrame(bytes, (other) => other === version, CAP);
+    if (!frame) return "incomplete";
+    readMessage(version, frame.type, frame.body);
+    return "nothing";
+  } catch (error) {
+    if (error instanceof FrameError) return error.fault;
+    if (error instanceof BodyError) return "body";
+    throw error;
+  }
+}
+
+test("banners are read and written, and broken ones refused", () => {
+  for (const folder of ["v1", "v2"]) {
+    const { lowest, highest } = jsonOf(folder, "banner");
+    assert.deepEqual(readBanner(bytesOf(folder, "banner")), { lowest, highest });
+    assert.deepEqual(writeBanner(lowest, highest), bytesOf(folder, "banner"));
+  }
+  for (let at = 0; at < 20; at++) {
+    const bytes = bytesOf("v2", "banner");
+    bytes[at] ^= 4;
+    assert.throws(() => readBanner(bytes), FrameError);
+  }
+});
+
+test("the highest version that both speak is taken", () => {
+  assert.equal(agree({ lowest: 1, highest: 1 }), 1);
+  assert.equal(agree({ lowest: 2, highest: 9 }), 2);
+  assert.equal(agree({ lowest: 3, highest: 9 }), null);
+});
+
+test("frames come whole out of pieces of any size", () => {
+  const parts = ["snapshot", "diff", "diff_onwards", "heartbeat"].map((name) => bytesOf("v1", name));
+  const stream = Buffer.concat(parts);
+  for (const size of [1, 3, 19, 20, 21, 64, 1000, stream.length]) {
+    const inbox = new Inbox();
+    const ends = [];
+    for (let at = 0; at < stream.length; at += size) {
+      inbox.push(Uint8Array.from(stream.subarray(at, at + size)));
+      for (let frame; (frame = inbox.next((version) => version === 1));) ends.push(frame.end);
+    }
+    assert.deepEqual(
+      ends,
+      parts.map((part) => part.length),
+      `pieces of ${size}`,
+    );
+    assert.equal(inbox.rest.length, 0);
+  }
+});
