@@ -134,7 +134,7 @@ impl Search<'_> {
                 let hole = sighting.hole;
                 let is_possible = are_alike(known.hole.radius, hole.radius)
                     && self.goes_on(known, place)
-                    && (known.region.is_unknown() || known.region.contains(back(hole.center, known.shift)))
+                    && (known.region.is_unknown() || held(known.region, known.shift, hole.center))
                     && regions.entry(place).or_insert_with(|| find_region(sighting)).contains(known.hole.center);
                 if is_possible {
                     // Any of them is possible; the nearest is the likeliest.
@@ -156,6 +156,12 @@ fn remoteness(a: Hole, b: Hole) -> f64 {
 
 fn are_alike(a: f64, b: f64) -> bool {
     a <= ALIKE * b && b <= ALIKE * a
+}
+
+/// Whether a region holds a point that was looked at some frames ago. How far the hole's centre has come since is how far the region has, or only how far the centre has inside
+/// it: either will do.
+pub fn held(region: &Region, shift: [f64; 2], point: [f64; 2]) -> bool {
+    region.contains(point) || region.contains(back(point, shift))
 }
 
 /// Where a point was before a shift.

@@ -9,7 +9,7 @@
 
 use std::num::NonZeroU32;
 
-use super::recognition::{By, Known, back, recognize};
+use super::recognition::{By, Known, back, held, recognize};
 use super::region::Region;
 use super::sighting::{Sighting, Sightings};
 use super::skeleton::Hole;
@@ -301,7 +301,7 @@ impl Tracker {
 
     /// The announced life in whose hole, as it was looked at last, a point lies: the smallest, if there are several.
     fn held(&self, point: [f64; 2]) -> Option<u64> {
-        let holds = |life: &&Life| life.region.contains(back(point, life.shift()));
+        let holds = |life: &&Life| held(&life.region, life.shift(), point);
         smallest(self.announced().filter(holds))
     }
 
@@ -310,10 +310,11 @@ impl Tracker {
         let (frame, point) = (self.frame, hole.center);
         let is_near = |life: &&mut Life| {
             let is_small = hole.radius < SUBSTANTIAL * life.track.hole.radius;
-            life.is_there() && !is_small && life.region.is_near(back(point, life.shift()))
+            let is_near = life.region.is_near(point) || life.region.is_near(back(point, life.shift()));
+            life.is_there() && !is_small && is_near
         };
         self.lives.iter_mut().filter(is_near).for_each(|life| life.shape(frame, find_region));
-        smallest(self.lives.iter().filter(|life| life.is_there() && life.region.contains(back(point, life.shift()))))
+        smallest(self.lives.iter().filter(|life| life.is_there() && held(&life.region, life.shift(), point)))
     }
 
     /// What has happened, in order of ids.
