@@ -127,7 +127,7 @@ class Page {
       this.drawn = null;
     }
     if (what === "streams" || what === "stream") this.controls.showStreams();
-    if (what === "status") this.controls.show();
+    if (what === "status") return this.showStatus();
     if (what === "frame") this.countFrames();
     this.mark();
   }
@@ -169,8 +169,14 @@ class Page {
     const newest = history.steps[history.steps.length - 1]?.frame.number ?? 0;
     this.lives.draw(tracks.lifelines, Number(newest), frame ? Number(frame.number) : 0, this.meant);
     this.controls.takeLargest(this.diagram.largest || 1);
-    showStatus(this.session, this.frames.value, this.drawings.value);
+    this.showStatus();
     showCycle(this.meant, beside.byId);
+  }
+
+  /** Says how things stand; no picture changes by that. */
+  showStatus() {
+    this.controls.show();
+    showStatus(this.session, this.frames.value, this.drawings.value);
   }
 
   /** Draws again after a while, so that the last frame of all is shown in every picture. */
