@@ -1,5 +1,4 @@
-//! `hopes replay`, `record`, `watch`, `feed`, `status` and `tracks` as their users meet them. The daemon is a fake one here, which says what a real one would, and what it never should.
-//! `hopes replay`, `record`, `watch`, `feed`, `scene` and `status` as their users meet them. The daemon is a fake one here, which says what a real one would, and what it never should.
+//! `hopes demo`, `replay`, `record`, `watch`, `feed`, `scene`, `status` and `tracks` as their users meet them. The daemon is a fake one where it has to say what a real one never should.
 
 mod common;
 #[path = "tools/feed.rs"]

@@ -4,6 +4,8 @@
 #[path = "view/answers.rs"]
 mod answers;
 mod common;
+#[path = "view/demo.rs"]
+mod demo;
 #[path = "view/ending.rs"]
 mod ending;
 #[path = "view/hostile.rs"]

@@ -66,9 +66,20 @@ impl Delivery<'_> {
         progress: &ProgressBar,
         read: impl FnOnce(usize) -> anyhow::Result<Receiver<Input>>,
     ) -> Result<(), Failure> {
-        let connected = Client::connect(self.to, SOFTWARE, Timeouts::default())?;
-        let Client { welcome, sending, mut receiving } = connected;
-        let mut stop = Stop::listen().context("cannot listen to signals")?;
+        let client = Client::connect(self.to, SOFTWARE, Timeouts::default())?;
+        let stop = Stop::listen().context("cannot listen to signals")?;
+        self.deliver(client, stop, progress, read)
+    }
+
+    /// As [`run`](Self::run), on a connection that is there, until it is asked to stop.
+    pub fn deliver(
+        &self,
+        client: Client,
+        mut stop: Stop,
+        progress: &ProgressBar,
+        read: impl FnOnce(usize) -> anyhow::Result<Receiver<Input>>,
+    ) -> Result<(), Failure> {
+        let Client { welcome, sending, mut receiving } = client;
         let Some(opened) = self.open(&sending, &mut receiving, &mut stop)? else {
             receiving.goodbye("a signal came");
             return Ok(());

@@ -15,7 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::args::{To, name, rate, resolution, window};
 use super::delivery::Delivery;
-use super::points::{Form, Source};
+use super::points::{Form, Place, Source};
 use super::{Columns, Failure, Format};
 use crate::daemon::Input;
 
@@ -111,7 +111,7 @@ impl Feed {
     /// that has to be finished.
     fn read(&self, batch: usize, progress: &ProgressBar) -> anyhow::Result<Receiver<Input>> {
         let source = Source {
-            file: (!self.is_stdin()).then(|| self.file.clone()),
+            place: if self.is_stdin() { Place::Stdin } else { Place::File(self.file.clone()) },
             form: match self.input {
                 InputFormat::Text => Form::Lines(Format::Text, self.columns.clone()),
                 InputFormat::Jsonl => Form::Lines(Format::JsonLines, self.columns.clone()),

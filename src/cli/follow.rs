@@ -103,6 +103,17 @@ pub fn follow<W: Write>(
     // Until there is a connection, there is nothing to end in good order.
     let client = Client::connect(&wanted.from, SOFTWARE, Timeouts::default())?;
     let stop = Stop::listen().context("cannot listen to signals")?;
+    follow_until(stop, client, wanted, show, progress)
+}
+
+/// As [`follow`], on a connection that is there, until it is asked to stop.
+pub fn follow_until<W: Write>(
+    stop: Stop,
+    client: Client,
+    wanted: &Subscription,
+    show: &mut Show<W>,
+    progress: &ProgressBar,
+) -> Result<u64, anyhow::Error> {
     let streams = Streams::default();
     let following = Following {
         wanted,

@@ -7,6 +7,7 @@ mod aligned;
 mod args;
 mod compute;
 mod delivery;
+mod demo;
 mod edges;
 mod feed;
 mod follow;
@@ -31,6 +32,7 @@ mod tracks;
 mod watch;
 
 use clap::{Parser, Subcommand};
+use tracing::Level;
 
 use crate::daemon::StrictStop;
 pub use input::{Columns, Format, Limits, Reader, Record};
@@ -44,16 +46,17 @@ pub use input::{Columns, Format, Limits, Reader, Record};
 pub struct Cli {
     /// Log more; twice: everything.
     #[arg(short, long, action = clap::ArgAction::Count, global = true)]
-    pub verbose: u8,
+    verbose: u8,
     /// Log errors only.
     #[arg(short, long, global = true)]
-    pub quiet: bool,
+    quiet: bool,
     #[command(subcommand)]
     command: Command,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Demo(demo::Demo),
     Compute(compute::Compute),
     Serve(serve::Serve),
     Feed(feed::Feed),
@@ -98,9 +101,21 @@ impl Failure {
 }
 
 impl Cli {
+    /// How much is logged. A demo tells its story on stdout, and logs what goes wrong.
+    pub fn log_level(&self) -> Level {
+        match (self.quiet, self.verbose, &self.command) {
+            (true, ..) => Level::ERROR,
+            (false, 0, Command::Demo(_)) => Level::WARN,
+            (false, 0, _) => Level::INFO,
+            (false, 1, _) => Level::DEBUG,
+            (false, ..) => Level::TRACE,
+        }
+    }
+
     /// Runs the subcommand.
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
+            Command::Demo(demo) => demo.run(),
             Command::Compute(compute) => compute.run(),
             Command::Serve(serve) => serve.run(),
             Command::Feed(feed) => feed.run(),

@@ -1,6 +1,6 @@
 //! Points as `serve` and `feed` read them: text, JSON lines or the bytes of the protocol, as one series of inputs.
 //!
-//! In: a file or stdin. Out: [`Input`]s, points in batches of a given size at the most, each with the place that it stands on: a line, or the byte at which its frame begins. Invariants: points that have arrived are handed on at once when
+//! In: a file, stdin or memory. Out: [`Input`]s, points in batches of a given size at the most, each with the place that it stands on: a line, or the byte at which its frame begins. Invariants: points that have arrived are handed on at once when
 //! nothing further is waiting; nothing is left behind at the end; whoever does not listen any more ends the reading. Must not know: where inputs go.
 
 use std::fs::File;
@@ -24,11 +24,18 @@ pub enum Form {
     Binary,
 }
 
+/// Where the points stand.
+#[derive(Clone, Debug)]
+pub enum Place {
+    Stdin,
+    File(PathBuf),
+    Memory(&'static [u8]),
+}
+
 /// Where points come from.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// None: stdin.
-    pub file: Option<PathBuf>,
+    pub place: Place,
     pub form: Form,
     /// Close a frame by itself after so many points.
     pub frame_points: Option<u64>,
@@ -72,9 +79,10 @@ impl Source {
     }
 
     fn open(&self) -> anyhow::Result<Box<dyn Read>> {
-        Ok(match &self.file {
-            None => Box::new(std::io::stdin().lock()),
-            Some(path) => Box::new(File::open(path).with_context(|| format!("cannot open {}", path.display()))?),
+        Ok(match &self.place {
+            Place::Stdin => Box::new(std::io::stdin().lock()),
+            Place::File(path) => Box::new(File::open(path).with_context(|| format!("cannot open {}", path.display()))?),
+            Place::Memory(bytes) => Box::new(*bytes),
         })
     }
 

@@ -160,7 +160,8 @@ fn cannot_write(path: &Path) -> String {
     format!("cannot write {}", path.display())
 }
 
-fn kind(word: &str) -> Result<Kind, String> {
+/// A scene, by its name.
+pub fn kind(word: &str) -> Result<Kind, String> {
     word.parse().map_err(|error: hopes::scene::UnknownScene| error.to_string())
 }
 

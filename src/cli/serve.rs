@@ -7,6 +7,7 @@ use std::io;
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
+use anyhow::Context;
 use clap::{ArgGroup, Args, ValueEnum};
 use hopes::topology::Options;
 
@@ -15,10 +16,10 @@ use indicatif::ProgressBar;
 
 use super::args::{TrackArgs, ViewArgs, duration, resolution, window};
 use super::network::{Network, PLACES};
-use super::points::{Form, Source as Points};
+use super::points::{Form, Place as Origin, Source as Points};
 use super::{Columns, Failure, Format};
-use crate::daemon::{self, BATCH, DaemonError, Feed, Input, OutputForm, Settings, Sink, Source, StreamSettings};
-use crate::view::{self, Place};
+use crate::daemon::{self, BATCH, DaemonError, Feed, Input, OutputForm, Settings, Sink, Source, Stop, StreamSettings};
+use crate::view::{Page, Place};
 
 /// Follow streams of points: from stdin to stdout, one JSON line a frame with what changed, or between sockets.
 ///
@@ -91,7 +92,7 @@ struct PageArgs {
 }
 
 /// An address of the page.
-fn host_and_port(word: &str) -> Result<String, String> {
+pub fn host_and_port(word: &str) -> Result<String, String> {
     let is_address = word.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
     let is_whole = is_address && !word.contains('/');
     is_whole.then(|| word.to_owned()).ok_or_else(|| format!("{word:?} is no HOST:PORT, such as 127.0.0.1:8080"))
@@ -131,8 +132,10 @@ impl Serve {
         let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
         let allow_remote = self.network.allow_remote;
         let PageArgs { address, names } = &self.page;
-        let door = address.clone().map(|address| view::open(Place { address, names: names.clone(), allow_remote }));
-        match daemon::run(self.settings(), source, sink, door) {
+        let place = |address: &String| Place { address: address.clone(), names: names.clone(), allow_remote };
+        let page = address.as_ref().map(|address| Page::bind(place(address))).transpose()?;
+        let stop = Stop::listen().context("cannot listen to signals")?;
+        match daemon::run(self.settings(), source, sink, page.map(Page::door), &stop) {
             Err(DaemonError::Refused(stop)) => Err(stop.into()),
             other => Ok(other?),
         }
@@ -166,7 +169,8 @@ fn read_stdin(input: InputFormat, columns: Columns, feed: &Feed) {
         InputFormat::Jsonl => Form::Lines(Format::JsonLines, columns),
         InputFormat::Bin => Form::Binary,
     };
-    let stdin = Points { file: None, form, frame_points: None, closes_last: false, loops: false, batch: BATCH };
+    let stdin =
+        Points { place: Origin::Stdin, form, frame_points: None, closes_last: false, loops: false, batch: BATCH };
     if let Err(error) = stdin.read(&mut |input| feed.send(input), &ProgressBar::hidden()) {
         feed.send(Input::Failed(format!("{error:#}")));
     }

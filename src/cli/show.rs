@@ -1,4 +1,4 @@
-//! The three ways in which frames are shown: a line for people, JSON lines, a recording.
+//! The ways in which frames are shown: a line for people, what happens to tracks, JSON lines, a recording.
 //!
 //! In: messages about streams that were taken by [`Streams`]. Out: text or bytes on a sink, flushed with every message. Invariants: the JSON line of a frame is that of `serve`; a gap is always told (`lagged`); what a peer has
 //! named is printable. Must not know: where messages come from.
@@ -23,6 +23,8 @@ pub enum Output {
     /// A line a frame, for people.
     #[default]
     Text,
+    /// What happens to tracks and nothing else, for people.
+    Events,
     /// JSON lines, as of serve.
     Jsonl,
     /// A recording, for replay.
@@ -33,6 +35,8 @@ pub enum Output {
 pub enum Show<W> {
     /// For people.
     Text(W),
+    /// For people who want to know of tracks only.
+    Events(W),
     /// For programs.
     Jsonl(W),
     /// For replay.
@@ -44,6 +48,7 @@ impl<W: Write> Show<W> {
     pub fn new(output: Output, sink: W) -> io::Result<Self> {
         Ok(match output {
             Output::Text => Self::Text(sink),
+            Output::Events => Self::Events(sink),
             Output::Jsonl => Self::Jsonl(sink),
             Output::Bin => Self::Bin(Recording::new(sink)?),
         })
@@ -53,6 +58,7 @@ impl<W: Write> Show<W> {
     pub fn message(&mut self, streams: &Streams, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
         match self {
             Self::Text(sink) => as_text(sink, streams, message).and_then(|()| sink.flush()),
+            Self::Events(sink) => as_events(sink, streams, message).and_then(|()| sink.flush()),
             Self::Jsonl(sink) => as_json(sink, streams, message).and_then(|()| sink.flush()),
             Self::Bin(recording) => recording.write(elapsed, channel, message),
         }
@@ -62,6 +68,7 @@ impl<W: Write> Show<W> {
     pub fn tells(&self, message: &Message) -> bool {
         match self {
             Self::Text(_) => matches!(message, Message::Lagged(_) | Message::StreamClosed(_)),
+            Self::Events(_) => matches!(message, Message::StreamClosed(_)),
             Self::Jsonl(_) => matches!(message, Message::Lagged(_)),
             Self::Bin(_) => false,
         }
@@ -70,7 +77,7 @@ impl<W: Write> Show<W> {
     /// Bytes of the recording.
     pub fn recorded(&self) -> u64 {
         match self {
-            Self::Text(_) | Self::Jsonl(_) => 0,
+            Self::Text(_) | Self::Events(_) | Self::Jsonl(_) => 0,
             Self::Bin(recording) => recording.bytes(),
         }
     }
@@ -104,6 +111,12 @@ fn as_text(sink: &mut impl Write, streams: &Streams, message: &Message) -> io::R
             writeln!(sink, "{}  frames {first} to {last} come as one: this side was too slow", name(streams, *stream))
         }
         Message::Dots(dots) => dots_as_text(sink, name(streams, dots.stream), dots),
+        _ => as_events(sink, streams, message),
+    }
+}
+
+fn as_events(sink: &mut impl Write, streams: &Streams, message: &Message) -> io::Result<()> {
+    match message {
         Message::Tracks(tracks) => tracks_as_text(sink, name(streams, tracks.stream), tracks),
         Message::StreamClosed(closed) => {
             let reason: String = closed.reason.chars().filter(|character| !character.is_control()).collect();

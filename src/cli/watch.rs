@@ -21,6 +21,7 @@ use super::show::{Output, Show};
   hopes watch --from unix:/tmp/hopes.sock                          the stream called default, for people
   hopes watch --from tcp:127.0.0.1:7878 --stream 'cam*' --dots 3   all streams whose names begin with cam
   hopes watch --from unix:/tmp/hopes.sock --tracks                 what happens to tracks, besides
+  hopes watch --from unix:/tmp/hopes.sock --output events          what happens to tracks, and nothing else
   hopes watch --from unix:/tmp/hopes.sock --output jsonl | jq -c '[.frame, .view.cycles]'")]
 pub struct Watch {
     #[command(flatten)]
@@ -53,6 +54,7 @@ pub struct Watch {
 impl Watch {
     pub fn run(self) -> Result<(), Failure> {
         let view = self.view.view()?;
+        let events = (self.output == Output::Events).then_some(TracksWanted::Events);
         if self.check && view.simplify != Simplify::No {
             return Err(Failure::Usage("--check needs all vertices: leave out --simplify"));
         }
@@ -61,7 +63,7 @@ impl Watch {
             pattern: self.stream,
             view,
             dots: self.dots.unwrap_or(DotsWanted::No),
-            tracks: self.tracks.unwrap_or_default(),
+            tracks: self.tracks.or(events).unwrap_or_default(),
             frames: self.frames,
             check: self.check,
             reconnect: self.reconnect,

@@ -9,7 +9,7 @@
 //!                          └── what seats ask
 //! ```
 //!
-//! Invariants: when somebody has to wait, it is the producer, for its own stream or for stdout's reader, never for a consumer on a socket; whatever a peer does, others are served on. On a signal, what has been taken in is finished, written and sent before the
+//! Invariants: when somebody has to wait, it is the producer, for its own stream or for stdout's reader, never for a consumer on a socket; whatever a peer does, others are served on. On a wish to end, what has been taken in is finished, written and sent before the
 //! end; threads are named, and joined. Must not know: how inputs are parsed, geometry.
 
 mod address;
@@ -53,7 +53,7 @@ pub use inbox::{Batch, Input, Overload};
 use inbox::{Item, Origin};
 pub use peer::{Carrier, ListenError, Socket, bind_tcp};
 use peer::{Listener, Registry};
-pub use stop::Stop;
+pub use stop::{Stop, Stopper};
 use streams::{Ended, Hub, OpenError, Stream};
 pub use writer::OutputForm;
 
@@ -175,7 +175,7 @@ pub enum DaemonError {
     /// The sink failed; a closed pipe is one of these.
     #[error("cannot write frames")]
     Sink(#[source] std::io::Error),
-    /// The system gave no signal handler or no thread.
+    /// The system gave no thread.
     #[error("cannot start")]
     Start(#[source] std::io::Error),
     /// A thread panicked, which is a bug.
@@ -211,7 +211,7 @@ pub type Source = Box<dyn FnOnce(&Feed) + Send>;
 /// Where stdout's frames go, and in which form.
 pub type Sink = (OutputForm, Box<dyn Write + Send>);
 
-/// Serves until a signal comes or something fails; without a place to listen at or a door, until the source ends.
+/// Serves until it is asked to stop or something fails; without a place to listen at or a door, until the source ends.
 ///
 /// The reader of the source is not waited for: it may be blocked in a read that never returns, and owns nothing that has to be finished.
 ///
@@ -222,11 +222,11 @@ pub fn run(
     source: Option<Source>,
     sink: Option<Sink>,
     door: Option<Door>,
+    stop: &Stop,
 ) -> Result<(), DaemonError> {
     if let Some(threads) = settings.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global()?;
     }
-    let signals = signals::channel().map_err(DaemonError::Start)?;
     let (ended_sender, ended) = unbounded();
     let hub = Arc::new(Hub::new(&settings, ended_sender));
     let is_listening = !settings.listen.is_empty() || door.is_some();
@@ -264,7 +264,7 @@ pub fn run(
         named("reader").spawn(read).map_err(DaemonError::Start)?;
     }
 
-    let outcome = wait(&signals, &ended, default.filter(|_| !is_listening).as_ref());
+    let outcome = wait(stop.wishes(), &ended, default.filter(|_| !is_listening).as_ref());
     listeners.into_iter().for_each(Listener::stop);
     closing.into_iter().for_each(|close| close());
     registry.stop_reading();
@@ -290,15 +290,15 @@ pub fn run(
 /// Why a daemon ends that nobody has stopped.
 const ENDED: &str = "the input has ended";
 
-/// Waits for a signal, for the end of the stream that all is about, or for a failure that nobody should overlook. Says why it is the end.
+/// Waits for a wish to end, for the end of the stream that all is about, or for a failure that nobody should overlook. Says why it is the end.
 fn wait(
-    signals: &Receiver<&'static str>,
+    wishes: &Receiver<&'static str>,
     ended: &Receiver<Ended>,
     only: Option<&Arc<Stream>>,
 ) -> Result<&'static str, DaemonError> {
     loop {
         select! {
-            recv(signals) -> signal => return Ok(signal.unwrap_or("signal")),
+            recv(wishes) -> wish => return Ok(wish.unwrap_or("nobody is left to ask for an end")),
             recv(ended) -> ended => {
                 // The hub, which is ours, holds the other end.
                 let Ok(Ended { stream, result }) = ended else { return Ok(ENDED) };

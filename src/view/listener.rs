@@ -42,12 +42,41 @@ pub struct Place {
     pub allow_remote: bool,
 }
 
-/// The page at a place, for a daemon to open.
-pub fn open(place: Place) -> Door {
-    Box::new(move |guests| {
-        let listener = Listener::start(place, guests)?;
-        Ok(Box::new(move || listener.stop()) as Closing)
-    })
+/// A page whose place is taken; visitors wait until a daemon opens it.
+#[derive(Debug)]
+pub struct Page {
+    bound: TcpListener,
+    at: SocketAddr,
+    place: Place,
+}
+
+impl Page {
+    /// Takes a place.
+    ///
+    /// # Errors
+    /// [`ListenError`]: somebody else has it, or nobody may.
+    pub fn bind(place: Place) -> Result<Self, ListenError> {
+        let address = Address::Tcp(place.address.clone());
+        let bound = bind_tcp(&place.address, &address, place.allow_remote).map_err(|error| match error {
+            ListenError::Remote(address) => ListenError::RemotePage(address),
+            other => other,
+        })?;
+        let at = bound.local_addr().map_err(|error| ListenError::System { address, error })?;
+        Ok(Self { bound, at, place })
+    }
+
+    /// What to open in a browser on this machine.
+    pub fn url(&self) -> String {
+        format!("http://{}/", SocketAddr::new(reachable(self.at.ip()), self.at.port()))
+    }
+
+    /// The way in, for a daemon to open.
+    pub fn door(self) -> Door {
+        Box::new(move |guests| {
+            let listener = Listener::start(self, guests)?;
+            Ok(Box::new(move || listener.stop()) as Closing)
+        })
+    }
 }
 
 /// A port that is listened at.
@@ -74,14 +103,9 @@ struct House {
 }
 
 impl Listener {
-    fn start(place: Place, guests: Guests) -> Result<Self, ListenError> {
-        let address = Address::Tcp(place.address.clone());
-        let system = |error| ListenError::System { address: address.clone(), error };
-        let bound = bind_tcp(&place.address, &address, place.allow_remote).map_err(|error| match error {
-            ListenError::Remote(address) => ListenError::RemotePage(address),
-            other => other,
-        })?;
-        let at = bound.local_addr().map_err(system)?;
+    fn start(page: Page, guests: Guests) -> Result<Self, ListenError> {
+        let Page { bound, at, place } = page;
+        let system = |error| ListenError::System { address: Address::Tcp(place.address.clone()), error };
         tracing::info!("the page is at http://{at}/");
         let names = place.names.iter().map(|name| name.to_ascii_lowercase()).collect();
         let house =

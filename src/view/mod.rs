@@ -20,4 +20,4 @@ mod routes;
 mod snapshot;
 mod websocket;
 
-pub use listener::{Place, open};
+pub use listener::{Page, Place};

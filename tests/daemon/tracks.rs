@@ -212,18 +212,20 @@ fn watch_tells_of_tracks() {
     let daemon = Daemon::start(TRACKS);
     let mut film = Film::new(&daemon);
     film.step();
-    let from = format!("--from {} --stream film --frames 6 --tracks=all", daemon.address);
-    let watches = ["", "--output jsonl"].map(|output| {
+    let from = format!("--from {} --stream film --frames 6", daemon.address);
+    let watches = ["--tracks=all", "--tracks=all --output jsonl", "--output events"].map(|output| {
         let mut running = hopes("watch").and(&from).and(output).start();
         let first = running.line().expect("the frame that is there");
         (running, first)
     });
     film.steps(8);
-    let [text, lines] = watches.map(|(running, first)| first + "\n" + &running.finish().text());
+    let [text, lines, events] = watches.map(|(running, first)| first + "\n" + &running.finish().text());
     assert!(text.contains("film  frame 1  0 tracks are alive\n"), "{text}");
     assert!(!text.contains("film  frame 7"), "{text}");
     assert!(text.contains("film  frame 2  track 1 is born: at (0.05, 0), 0.0349..1\n"), "{text}");
     let lists = lines.lines().filter(|line| line.contains(r#""alive":[[1,"#)).count();
     assert!(lists >= 4, "{lines}");
+    let of_tracks: Vec<&str> = text.lines().filter(|line| line.contains(" track")).collect();
+    assert_eq!(events.lines().collect::<Vec<_>>(), of_tracks);
     daemon.stop();
 }

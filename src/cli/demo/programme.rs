@@ -1,0 +1,116 @@
+//! What a demo plays: a scene, or the edges of a film that comes with the program.
+//!
+//! In: its name. Out: how it is to be played, and [`Input`]s, from a thread of its own. Invariants: every frame is closed; without a number of frames
+//! there is no end; who does not listen any more ends it. Must not know: sockets, pages.
+
+use std::num::NonZeroU64;
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread;
+
+use anyhow::Context;
+use hopes::scene::{FRAMES_A_SECOND, Kind, Options, Scene};
+use hopes::topology::Window;
+use indicatif::ProgressBar;
+
+use crate::cli::points::{Form, Place, Source};
+use crate::cli::{Columns, Format};
+use crate::daemon::{Batch, Input};
+
+/// Edges of "Big Buck Bunny", (c) 2008 Blender Foundation, CC BY 3.0.
+const FILM: &[u8] = include_bytes!("../../../tests/data/bunny.jsonl");
+/// Its frames are so many to a second.
+const FILM_RATE: f64 = 5.0;
+/// Holes in it that are told of have at least this persistence, in pixels.
+const FILM_ABOVE: f64 = 8.0;
+
+/// Inputs that may wait to be sent.
+const WAITING: usize = 4;
+
+/// What is played.
+#[derive(Clone, Copy, Debug)]
+pub enum Programme {
+    /// Points whose true holes are known.
+    Scene(Kind),
+    /// Points of a real film.
+    Film,
+}
+
+impl Programme {
+    /// In a few words.
+    pub fn about(self) -> String {
+        match self {
+            Self::Scene(kind) => format!("scene {}: {}", kind.name(), kind.about()),
+            Self::Film => "edges of 26 frames of \"Big Buck Bunny\", (c) Blender Foundation, CC BY 3.0".to_owned(),
+        }
+    }
+
+    /// Frames to a second, unless somebody wants it otherwise.
+    pub fn rate(self) -> f64 {
+        match self {
+            Self::Scene(_) => FRAMES_A_SECOND,
+            Self::Film => FILM_RATE,
+        }
+    }
+
+    /// Which points stay. A scene says itself which go.
+    pub fn window(self) -> Window {
+        match self {
+            Self::Scene(_) => Window::All,
+            Self::Film => Window::Frames(NonZeroU64::MIN),
+        }
+    }
+
+    /// The persistence from which on holes are told of.
+    pub fn above(self) -> f64 {
+        match self {
+            Self::Scene(kind) => scene(kind).above(),
+            Self::Film => FILM_ABOVE,
+        }
+    }
+
+    /// Starts to play, so many points to a message at the most, and so many frames if there is to be an end.
+    pub fn play(self, frames: Option<u64>, batch: usize) -> anyhow::Result<Receiver<Input>> {
+        let (sender, inputs) = sync_channel(WAITING);
+        let mut left = frames.unwrap_or(u64::MAX);
+        let mut say = move |input: Input| {
+            left -= u64::from(matches!(input, Input::Commit(_)));
+            sender.send(input).is_ok() && left > 0
+        };
+        let play = move || match self {
+            Self::Scene(kind) => play_scene(scene(kind), batch, &mut say),
+            Self::Film => play_film(batch, &mut say),
+        };
+        thread::Builder::new().name("programme".to_owned()).spawn(play).context("cannot start a thread")?;
+        Ok(inputs)
+    }
+}
+
+fn scene(kind: Kind) -> Scene {
+    Scene::new(kind, Options::default()).expect("the options that are the default are in range")
+}
+
+fn play_scene(mut scene: Scene, batch: usize, say: &mut impl FnMut(Input) -> bool) {
+    loop {
+        let frame = scene.next_frame();
+        let gone = batches(&frame.gone, batch).map(Input::Retract);
+        let come = batches(&frame.come, batch).map(Input::Points);
+        if !gone.chain(come).chain([Input::Commit(Some(frame.time))]).all(&mut *say) {
+            return;
+        }
+    }
+}
+
+fn batches(points: &[[f64; 2]], batch: usize) -> impl Iterator<Item = Batch> {
+    points.chunks(batch).map(|points| {
+        let positions = points.iter().map(|&[x, y]| (x, y)).collect();
+        Batch { positions, ..Batch::default() }
+    })
+}
+
+fn play_film(batch: usize, say: &mut impl FnMut(Input) -> bool) {
+    let form = Form::Lines(Format::JsonLines, Columns::default());
+    let film = Source { place: Place::Memory(FILM), form, frame_points: None, closes_last: true, loops: true, batch };
+    if let Err(error) = film.read(say, &ProgressBar::hidden()) {
+        say(Input::Failed(format!("{error:#}")));
+    }
+}
