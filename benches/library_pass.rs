@@ -1,9 +1,9 @@
-//! Times the library on one cloud: points in memory to all dots, the tree, HoPeS and HoPeS_{1,1}, on one thread.
+//! Times the library on one cloud: points in memory to all dots, the tree, HoPeS and HoPeS_{1,1}, on one thread or several.
 //!
 //! In: a file of little-endian doubles, x and y in turn. Out: one line of JSON on stdout, seconds per repetition: the whole, its
 //! stages, and `spade`'s own bulk load of the same cloud in the same run. `benches/peers.py` calls it.
 //!
-//! `cargo run --release --example library_pass -- cloud.bin --repeat 5`
+//! `cargo run --release --example library_pass -- cloud.bin --repeat 5 --threads 2`
 
 use std::time::Instant;
 
@@ -14,11 +14,17 @@ use spade::{DelaunayTriangulation, Point2, Triangulation};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let file = arguments.next().ok_or("usage: library_pass FILE [--repeat N]")?;
-    let repeat: usize = match arguments.next().as_deref() {
-        Some("--repeat") => arguments.next().ok_or("--repeat needs a number")?.parse()?,
-        _ => 1,
-    };
+    let file = arguments.next().ok_or("usage: library_pass FILE [--repeat N] [--threads N]")?;
+    let (mut repeat, mut threads) = (1, 1);
+    while let Some(option) = arguments.next() {
+        let number = arguments.next().ok_or("an option needs a number")?.parse::<usize>()?;
+        match option.as_str() {
+            "--repeat" => repeat = number,
+            "--threads" => threads = number,
+            other => return Err(format!("there is no option {other}").into()),
+        }
+    }
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
     let points = read(&std::fs::read(file)?);
     let rounds: Vec<Round> = (0..repeat).map(|_| round(&points)).collect();
     let column = |of: fn(&Round) -> f64| rounds.iter().map(of).collect::<Vec<f64>>();

@@ -6,11 +6,13 @@
 //! maximum is taken from one fixed way, the fan around its smallest vertex. Must not know: dots, skeletons, ids.
 
 use std::cmp::Ordering;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use super::cocircular::central_triangle;
 use super::filtration::{Filtration, Maximum, Suspect};
 use super::geometry::{are_cocircular, circumradius_squared};
 use super::mesh::Mesh;
+use super::parts::{for_each, in_parts};
 use super::reduction::Link;
 use super::sorting::sort_by_key;
 
@@ -33,32 +35,11 @@ impl Basins {
     /// scales are squared.
     pub fn contract(mesh: &Mesh, filtration: Filtration) -> (Self, Vec<Link>) {
         let Filtration { flow, maxima, gabriel: mut links, suspects } = filtration;
-        let mut basins = Self { maxima, of_face: vec![UNKNOWN; flow.len()] };
-        for (maximum, basin) in basins.maxima.iter().zip(0..) {
-            basins.of_face[maximum.face as usize] = basin;
-        }
-        basins.follow(&flow);
+        let of_face = follow(&flow, &maxima);
+        let mut basins = Self { maxima, of_face };
         basins.settle_cocircular(mesh, &flow, suspects);
-        for link in &mut links {
-            link.ends = link.ends.map(|face| basins.of_face(face));
-        }
+        for_each(&mut links, |link| link.ends = link.ends.map(|face| basins.of_face(face)));
         (basins, links)
-    }
-
-    /// Gives every face the basin at the end of its flow.
-    fn follow(&mut self, flow: &[u32]) {
-        let mut path = Vec::new();
-        for face in 0..flow.len() as u32 {
-            let mut at = face;
-            while self.of_face[at as usize] == UNKNOWN {
-                path.push(at);
-                at = flow[at as usize];
-            }
-            let basin = self.of_face[at as usize];
-            for face in path.drain(..) {
-                self.of_face[face as usize] = basin;
-            }
-        }
     }
 
     /// Names the maxima of faces with more than three sites on their circle, of which a mesh shows only one of several
@@ -120,6 +101,30 @@ impl Basins {
         let corners = |basin: u32| self.triangle(basin).map(|site| mesh.position(site));
         corners(a).cmp(&corners(b))
     }
+}
+
+/// Gives every face the basin at the end of its flow.
+fn follow(flow: &[u32], maxima: &[Maximum]) -> Vec<u32> {
+    // Two threads may find out the same, and nothing else.
+    let of_face: Vec<AtomicU32> = flow.iter().map(|_| AtomicU32::new(UNKNOWN)).collect();
+    for (maximum, basin) in maxima.iter().zip(0..) {
+        of_face[maximum.face as usize].store(basin, Relaxed);
+    }
+    in_parts(flow.len(), |faces| {
+        let mut path = Vec::new();
+        for face in faces {
+            let mut at = face;
+            let basin = loop {
+                match of_face[at].load(Relaxed) {
+                    UNKNOWN => path.push(at),
+                    basin => break basin,
+                }
+                at = flow[at] as usize;
+            };
+            path.drain(..).for_each(|face| of_face[face].store(basin, Relaxed));
+        }
+    });
+    of_face.into_iter().map(AtomicU32::into_inner).collect()
 }
 
 /// The end of a way, which is shortened as it is walked: a circle may hold all of a cloud, and then the way is as long.

@@ -9,11 +9,14 @@
 //! Scales: H. Edelsbrunner and J. Harer, "Computational Topology", section III.4; radii, here squared.
 
 use std::cmp::Ordering;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use super::geometry::{
     Cocircular, acuteness, circumradius_squared, half_length_squared, quick_acuteness, quick_cocircular,
 };
 use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
+use super::parts::in_parts;
 use super::reduction::Link;
 
 /// A triangle that holds its own circumcentre: a local maximum of the filtration. So is the outer face.
@@ -51,6 +54,15 @@ pub struct Filtration {
     pub suspects: Vec<Suspect>,
 }
 
+/// What was found at some of the edges, in order.
+#[derive(Default)]
+struct Found {
+    gabriel: Vec<Link>,
+    /// All local maxima among the triangles whose last edge is one of these, and some triangles that flow across an edge that others have yet to look at.
+    maxima: Vec<Maximum>,
+    suspects: Vec<Suspect>,
+}
+
 /// How many edges are looked at together.
 const BLOCK: usize = 64;
 
@@ -69,38 +81,60 @@ struct Side {
 impl Filtration {
     /// Classifies every edge and triangle of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
-        let count = mesh.edges().len();
-        let mut filtration = Self {
-            flow: (0..mesh.face_count() as u32).collect(),
+        // A triangle has at most one angle that is not acute, so no two threads write to one place.
+        let flow: Vec<AtomicU32> = (0..mesh.face_count() as u32).map(AtomicU32::new).collect();
+        let mut parts = in_parts(mesh.edges().len(), |part| Found::at(mesh, &flow, part)).into_iter();
+        let Found { mut gabriel, mut maxima, mut suspects } = parts.next().unwrap_or_default();
+        let has_parts = parts.len() > 0;
+        for mut part in parts {
+            gabriel.append(&mut part.gabriel);
+            maxima.append(&mut part.maxima);
+            suspects.append(&mut part.suspects);
+        }
+        if has_parts {
+            maxima.retain(|maximum| flow[maximum.face as usize].load(Relaxed) == maximum.face);
+        }
+        let flow = flow.into_iter().map(AtomicU32::into_inner).collect();
+        Self { flow, gabriel, maxima, suspects }
+    }
+}
+
+impl Found {
+    /// Classifies some edges, and the triangles of which they are the last.
+    fn at(mesh: &Mesh, flow: &[AtomicU32], part: Range<usize>) -> Self {
+        // What is found elsewhere is appended to what is found in the first part.
+        let count = if part.start == 0 { mesh.edges().len() } else { part.len() };
+        let mut found = Self {
             gabriel: Vec::with_capacity(count / 4 * 3),
-            maxima: Vec::with_capacity(mesh.face_count() / 2 + 1),
+            maxima: Vec::with_capacity(count / 3 + 1),
             suspects: Vec::new(),
         };
-        let outer = Maximum { face: OUTER_FACE, triangle: [0; 3], radius_squared: f64::INFINITY };
-        filtration.maxima.push(outer);
+        if part.start == 0 {
+            found.maxima.push(Maximum { face: OUTER_FACE, triangle: [0; 3], radius_squared: f64::INFINITY });
+        }
         let mut sides = [[Side::default(); 2]; BLOCK];
-        for (number, block) in mesh.edges().chunks(BLOCK).enumerate() {
-            let first = (number * BLOCK) as u32;
-            look_across(mesh, first, block, &mut sides);
-            for ((index, edge), sides) in (first..).zip(block).zip(&sides) {
-                filtration.classify(mesh, index, edge, sides);
+        let firsts = part.clone().step_by(BLOCK);
+        for (first, block) in firsts.zip(mesh.edges()[part].chunks(BLOCK)) {
+            look_across(mesh, first as u32, block, &mut sides);
+            for ((index, edge), sides) in (first as u32..).zip(block).zip(&sides) {
+                found.classify(mesh, flow, index, edge, sides);
             }
         }
-        filtration
+        found
     }
 
     #[inline]
-    fn classify(&mut self, mesh: &Mesh, index: u32, edge: &MeshEdge, sides: &[Side; 2]) {
+    fn classify(&mut self, mesh: &Mesh, flow: &[AtomicU32], index: u32, edge: &MeshEdge, sides: &[Side; 2]) {
         let attached = [0, 1].map(|side| is_attached_to(mesh, edge, side, &sides[side]));
         if attached == [false, false] {
             let [a, b] = edge.ends.map(|site| mesh.position(site));
             self.gabriel.push(Link { scale: half_length_squared(a, b), ends: edge.faces, edge: index });
         } else {
-            self.attach(mesh, edge, sides, attached);
+            self.attach(mesh, flow, edge, sides, attached);
         }
         for (face, side) in edge.faces.into_iter().zip(sides) {
             // With the last of its edges all angles of a triangle are known, and its corners are at hand.
-            if side.closes && self.is_maximum(face) {
+            if side.closes && flow[face as usize].load(Relaxed) == face {
                 let triangle = mesh.by_position([edge.ends[0], edge.ends[1], side.opposite]);
                 let radius_squared = circumradius_squared(triangle.map(|site| mesh.position(site)));
                 self.maxima.push(Maximum { face, triangle, radius_squared });
@@ -108,13 +142,13 @@ impl Filtration {
         }
     }
 
-    fn attach(&mut self, mesh: &Mesh, edge: &MeshEdge, sides: &[Side; 2], attached: [bool; 2]) {
+    fn attach(&mut self, mesh: &Mesh, flow: &[AtomicU32], edge: &MeshEdge, sides: &[Side; 2], attached: [bool; 2]) {
         let [left, right] = edge.faces;
         let right_angles = attached == [true, true];
         // With two right angles the edge is a diameter: either triangle may be called the maximum.
         let from_left = if right_angles { left > right } else { attached[0] };
         let (from, into) = if from_left { (left, right) } else { (right, left) };
-        self.flow[from as usize] = into;
+        flow[from as usize].store(into, Relaxed);
         if into == OUTER_FACE {
             return;
         }
@@ -125,12 +159,6 @@ impl Filtration {
             Cocircular::No => {}
             look => self.suspects.push(Suspect { face: from, far, certain: look == Cocircular::Yes }),
         }
-    }
-
-    /// Whether a face is a local maximum of the filtration: no angle of its own made it flow.
-    #[inline]
-    fn is_maximum(&self, face: u32) -> bool {
-        self.flow[face as usize] == face
     }
 }
 

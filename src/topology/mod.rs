@@ -21,8 +21,8 @@
 //!                                    (assignment)    (hole, region)
 //! ```
 //!
-//! [`Pipeline`] runs them all, and chooses. Nothing here knows a clock, a channel, a socket, a file or a print; the only folder that knows of threads is
-//! `tiles`, which reduces on the current `rayon` pool, and the only file that imports the triangulation library is `delaunay`. The terms are those of V. Kurlin, "A one-dimensional homologically
+//! [`Pipeline`] runs them all, and chooses. Nothing here knows a clock, a channel, a socket, a file or a print; those that know of threads are
+//! `tiles`, which reduces on the current `rayon` pool, and `parts`, which shares long lists out on it; and the only file that imports the triangulation library is `delaunay`. The terms are those of V. Kurlin, "A one-dimensional homologically
 //! persistent skeleton of an unstructured point cloud in any metric space", Computer Graphics Forum 34(5), 2015. All scales
 //! at the interface are radii.
 //!
@@ -50,6 +50,7 @@ mod held;
 mod hole;
 mod merge;
 mod mesh;
+mod parts;
 mod pipeline;
 mod position;
 mod ranking;

@@ -17,6 +17,7 @@ use super::basins::Basins;
 use super::cloud::{Cloud, Slot, Vertex};
 use super::geometry::{circumcircle, distance, half_length_squared};
 use super::mesh::Mesh;
+use super::parts::both;
 use super::reduction::{Elders, Link, Pair, TotalOrder, reduce};
 use super::sorting::{in_order, ordinal, sort_by_key};
 use super::tiles::Tiles;
@@ -77,21 +78,28 @@ impl PartialEq for Skeleton {
 impl Skeleton {
     /// Computes the skeleton of a cloud's vertices as of its last commit, which are the sites of the mesh, from the links between its basins.
     pub fn new(cloud: &Cloud, mesh: &Mesh, basins: &Basins, links: Vec<Link>) -> Self {
-        let reduction = reduce(&Dual::new(mesh, basins), basins.count(), &links);
-        let (vertices, rank) = ranked_vertices(cloud, mesh);
+        let (reduction, (vertices, rank)) =
+            both(|| reduce(&Dual::new(mesh, basins), basins.count(), &links), || ranked_vertices(cloud, mesh));
         let edge_of = |edge: u32| {
             let [a, b] = mesh.edges()[edge as usize].ends.map(|site| rank[site as usize]);
             [a.min(b), a.max(b)]
         };
-        let mut tree = Vec::with_capacity(vertices.len());
-        tree.extend(reduction.tree().map(edge_of));
-        sort_by_key(&mut tree, |&edge| edge_key(edge, vertices.len()));
-        let mut found = Vec::with_capacity(basins.count());
-        found.extend(reduction.pairs().filter_map(|pair| {
-            let (birth, death) = label(basins, pair)?;
-            let triangle = basins.triangle(pair.death).map(|site| rank[site as usize]);
-            Some(Dot { birth, death, edge: edge_of(pair.edge), triangle })
-        }));
+        let sorted_tree = || {
+            let mut tree = Vec::with_capacity(vertices.len());
+            tree.extend(reduction.tree().map(edge_of));
+            sort_by_key(&mut tree, |&edge| edge_key(edge, vertices.len()));
+            tree
+        };
+        let dots = || {
+            let mut found = Vec::with_capacity(basins.count());
+            found.extend(reduction.pairs().filter_map(|pair| {
+                let (birth, death) = label(basins, pair)?;
+                let triangle = basins.triangle(pair.death).map(|site| rank[site as usize]);
+                Some(Dot { birth, death, edge: edge_of(pair.edge), triangle })
+            }));
+            found
+        };
+        let (tree, found) = both(sorted_tree, dots);
         Self { vertices, tree, found, dots: OnceLock::new() }
     }
 

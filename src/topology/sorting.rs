@@ -5,8 +5,13 @@
 
 use std::ops::Range;
 
+use super::parts::{both, is_shared};
+
 /// Below so many keys a comparison sort is at once as good as the passes of a radix sort.
 const FEW: usize = 256;
+
+/// So many keys tell where the middle one is, about.
+const SAMPLE: usize = 1000;
 
 /// A number's place among all numbers but NaN, as an integer.
 #[inline]
@@ -88,7 +93,7 @@ impl Rough {
             .zip(0..)
             .map(|(key, place)| ((key >> shift) as u32, place))
             .collect();
-        sort_by_key(&mut keyed, |&(key, _)| key);
+        sort_halves(&mut keyed);
         let mut runs = Vec::new();
         let mut start = 0;
         for run in keyed.chunk_by(|a, b| a.0 == b.0) {
@@ -104,6 +109,26 @@ impl Rough {
     fn tied(&self) -> usize {
         self.runs.iter().map(ExactSizeIterator::len).sum()
     }
+}
+
+/// Sorts by the first of each two, those below some middle key and the others at the same time.
+fn sort_halves(keyed: &mut Vec<(u32, u32)>) {
+    if !is_shared(keyed.len()) {
+        return sort_by_key(keyed, |&(key, _)| key);
+    }
+    let mut sample: Vec<u32> = keyed.iter().step_by(keyed.len() / SAMPLE).map(|&(key, _)| key).collect();
+    sample.sort_unstable();
+    let middle = sample[sample.len() / 2];
+    let mut upper = Vec::with_capacity(keyed.len() / 2);
+    keyed.retain(|&item| {
+        let is_lower = item.0 < middle;
+        if !is_lower {
+            upper.push(item);
+        }
+        is_lower
+    });
+    both(|| sort_by_key(keyed, |&(key, _)| key), || sort_by_key(&mut upper, |&(key, _)| key));
+    keyed.append(&mut upper);
 }
 
 #[cfg(test)]
