@@ -10,6 +10,7 @@ use hopes::topology::{TrackOptions, TrackRule, ViewSpec, Window};
 use hopes_protocol as wire;
 
 use super::Failure;
+use super::follow::Subscription;
 use crate::daemon::{self, Address};
 
 /// Which part of the skeleton is shown.
@@ -123,6 +124,46 @@ pub struct From {
     pub from: Address,
 }
 
+/// What a consumer follows, and how far.
+#[derive(Clone, Debug, Args)]
+pub struct FollowArgs {
+    #[command(flatten)]
+    from: From,
+    /// Name of the stream, or a pattern in which * stands for any characters; it may still be to come.
+    #[arg(long, value_name = "NAME", default_value = "default", value_parser = pattern)]
+    stream: String,
+    #[command(flatten)]
+    view: WireViewArgs,
+    /// Also the most persistent dots whenever they change: so many, or all.
+    #[arg(long, value_name = "N|all", value_parser = dots)]
+    dots: Option<wire::DotsWanted>,
+    /// Also what happens to tracks; the daemon follows them if it was started with --track. With "all", every living track in every frame, too.
+    #[arg(long, value_name = "events|all", value_parser = tracks, num_args = 0..=1, require_equals = true, default_missing_value = "events")]
+    tracks: Option<wire::TracksWanted>,
+    /// End after so many frames.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    frames: Option<u64>,
+    /// Connect again when the connection is lost or the daemon says goodbye, for up to a minute, and resume where possible.
+    #[arg(long)]
+    reconnect: bool,
+}
+
+impl FollowArgs {
+    /// The subscription they ask for, with frames taken as they are proved by their checksums.
+    pub fn subscription(self) -> Result<Subscription, Failure> {
+        Ok(Subscription {
+            from: self.from.from,
+            pattern: self.stream,
+            view: self.view.view()?,
+            dots: self.dots.unwrap_or(wire::DotsWanted::No),
+            tracks: self.tracks.unwrap_or_default(),
+            frames: self.frames,
+            check: false,
+            reconnect: self.reconnect,
+        })
+    }
+}
+
 /// The daemon that a producer sends to.
 #[derive(Clone, Debug, Args)]
 pub struct To {
@@ -132,7 +173,7 @@ pub struct To {
 }
 
 /// Dots of the persistence diagram: a number, or `all`.
-pub fn dots(word: &str) -> Result<wire::DotsWanted, String> {
+fn dots(word: &str) -> Result<wire::DotsWanted, String> {
     match word.parse::<NonZeroU32>() {
         _ if word == "all" => Ok(wire::DotsWanted::All),
         Ok(number) => Ok(wire::DotsWanted::Top(number.get())),
@@ -141,7 +182,7 @@ pub fn dots(word: &str) -> Result<wire::DotsWanted, String> {
 }
 
 /// What is told of tracks.
-pub fn tracks(word: &str) -> Result<wire::TracksWanted, String> {
+fn tracks(word: &str) -> Result<wire::TracksWanted, String> {
     match word {
         "events" => Ok(wire::TracksWanted::Events),
         "all" => Ok(wire::TracksWanted::Alive),
@@ -155,7 +196,7 @@ pub fn name(word: &str) -> Result<String, String> {
 }
 
 /// A name, or a pattern with `*`.
-pub fn pattern(word: &str) -> Result<String, String> {
+fn pattern(word: &str) -> Result<String, String> {
     if wire::is_pattern(word) { Ok(word.to_owned()) } else { Err(name_rule("a name or pattern", "")) }
 }
 

@@ -9,12 +9,11 @@ use std::time::Duration;
 
 use anyhow::Context;
 use clap::Args;
-use hopes_protocol::{DotsWanted, TracksWanted};
 use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 
 use super::Failure;
-use super::args::{From, WireViewArgs, dots, pattern, tracks};
-use super::follow::{Subscription, follow};
+use super::args::FollowArgs;
+use super::follow::follow;
 use super::show::{Output, Show};
 
 /// Record streams of a daemon to a file, for replay.
@@ -26,41 +25,15 @@ use super::show::{Output, Show};
   hopes record --from tcp:127.0.0.1:7878 --stream camera --full --frames 100 -o - | hopes replay - --fast")]
 pub struct Record {
     #[command(flatten)]
-    from: From,
-    /// Name of the stream, or a pattern in which * stands for any characters; it may still be to come.
-    #[arg(long, value_name = "NAME", default_value = "default", value_parser = pattern)]
-    stream: String,
-    #[command(flatten)]
-    view: WireViewArgs,
-    /// Also record the most persistent dots whenever they change: so many, or all.
-    #[arg(long, value_name = "N|all", value_parser = dots)]
-    dots: Option<DotsWanted>,
-    /// Also record what happens to tracks, or with "all" also every living track in every frame; the daemon follows them if it was started with --track.
-    #[arg(long, value_name = "events|all", value_parser = tracks, num_args = 0..=1, require_equals = true, default_missing_value = "events")]
-    tracks: Option<TracksWanted>,
+    wanted: FollowArgs,
     /// Where to write it; - for stdout.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// End after so many frames.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
-    frames: Option<u64>,
-    /// Connect again when the connection is lost or the daemon says goodbye, for up to a minute, and resume where possible.
-    #[arg(long)]
-    reconnect: bool,
 }
 
 impl Record {
     pub fn run(self) -> Result<(), Failure> {
-        let wanted = Subscription {
-            from: self.from.from,
-            pattern: self.stream,
-            view: self.view.view()?,
-            dots: self.dots.unwrap_or(DotsWanted::No),
-            tracks: self.tracks.unwrap_or_default(),
-            frames: self.frames,
-            check: false,
-            reconnect: self.reconnect,
-        };
+        let wanted = self.wanted.subscription()?;
         let unwritten = || format!("cannot write {}", self.output.display());
         let sink: Box<dyn Write> = if self.output == Path::new("-") {
             Box::new(io::stdout().lock())
