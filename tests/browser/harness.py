@@ -21,7 +21,7 @@ import time
 import unittest
 import urllib.request
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Protocol
 from urllib.parse import urlsplit
 
 import hopes_client as hopes
@@ -40,10 +40,16 @@ FLAGS = ["--no-sandbox"]
 WIDE = {"width": 1280, "height": 800}
 
 
+class Ends(Protocol):
+    """A test, or something else that ends what was started."""
+
+    def addCleanup(self, end: Any, *arguments: Any) -> None: ...  # noqa: N802, as tests have it
+
+
 class Daemon:
     """A daemon with a page, in a folder of its own, that ends with the test."""
 
-    def __init__(self, test: unittest.TestCase, *options: str) -> None:
+    def __init__(self, test: Ends, *options: str) -> None:
         folder = tempfile.TemporaryDirectory()
         test.addCleanup(folder.cleanup)
         test.addCleanup(self.kill)
@@ -109,7 +115,7 @@ class Daemon:
 class Producer:
     """A process that feeds a daemon, and knows the newest frame that the daemon has taken."""
 
-    def __init__(self, test: unittest.TestCase, daemon: Daemon, **options: Any) -> None:
+    def __init__(self, test: Ends, daemon: Daemon, **options: Any) -> None:
         command = [sys.executable, str(HERE / "producer.py"), daemon.unix]
         for name, value in options.items():
             command += [f"--{name}", str(value)]

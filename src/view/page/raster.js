@@ -1,6 +1,6 @@
 //! Pixels drawn by the processor: dots and thin lines, as many as a graphics card would be given.
 //!
-//! In: places in pixels, words of colour. Out: an image. Invariants: nothing is allocated for a dot or a line; what
+//! In: places in pixels, words of colour. Out: rows of words, one for each pixel. Invariants: nothing is allocated for a dot or a line; what
 //! lies outside costs no more than a look. Must not know: skeletons, cameras.
 
 const bytes = new Uint8ClampedArray(4);
@@ -17,26 +17,17 @@ export function wordOf([red, green, blue], alpha) {
 
 export class Raster {
   constructor() {
-    this.canvas = document.createElement("canvas");
-    this.to = this.canvas.getContext("2d", { willReadFrequently: true });
-    this.stamp([0, 0]);
     this.width = this.height = 0;
+    this.words = new Uint32Array(0);
+    this.stamp([0, 0]);
   }
 
-  /** Takes this size, and is empty. */
+  /** Takes this size, and is empty. True if the words are others from here on. */
   begin(width, height) {
-    if (this.width !== width || this.height !== height) {
-      [this.width, this.height] = [this.canvas.width, this.canvas.height] = [width, height];
-      this.image = new ImageData(Math.max(1, width), Math.max(1, height));
-      this.words = new Uint32Array(this.image.data.buffer);
-    }
-    this.words.fill(0);
-  }
-
-  /** The image, to be drawn elsewhere. */
-  end() {
-    this.to.putImageData(this.image, 0, 0);
-    return this.canvas;
+    const isOther = this.width !== width || this.height !== height;
+    if (isOther) [this.width, this.height, this.words] = [width, height, new Uint32Array(width * height)];
+    else this.words.fill(0);
+    return isOther;
   }
 
   /** Dots are of this size from now on. */

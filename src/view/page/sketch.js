@@ -24,12 +24,14 @@ export class Sketch {
     this.labels = labels;
     this.bounds = new Bounds();
     this.raster = new Raster();
+    /** Where the raster goes before it is laid over what lies below. */
+    this.sheet = document.createElement("canvas");
     /** Where each vertex is, in pixels. */
     this.places = new Float64Array(0);
     /** The vertices that each edge joins. */
     this.links = new Int32Array(0);
-    // Its pixels are drawn by the processor, so they had better stay with it.
-    this.to = canvas.getContext("2d", { willReadFrequently: true });
+    // Pixels that the processor draws had better stay with it.
+    [this.to, this.onSheet] = [canvas, this.sheet].map((one) => one.getContext("2d", { willReadFrequently: true }));
   }
 
   /** Draws a frame. @param {import("./mirror.js").Mirror} mirror */
@@ -42,7 +44,7 @@ export class Sketch {
     this.fillHoles(mirror, beside, hit);
     this.drawMany(mirror);
     const thick = this.drawThin(mirror, hit);
-    this.to.drawImage(this.raster.end(), 0, 0);
+    this.layRaster();
     this.drawOutlines(mirror, beside, hit);
     for (const edge of thick) this.drawThick(edge);
   }
@@ -58,7 +60,16 @@ export class Sketch {
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     to.clearRect(0, 0, width, height);
     to.lineJoin = "round";
-    this.raster.begin(width, height);
+    if (!this.raster.begin(width, height)) return;
+    [this.sheet.width, this.sheet.height] = [width, height];
+    const pixels = new Uint8ClampedArray(this.raster.words.buffer);
+    this.image = pixels.length > 0 ? new ImageData(pixels, width, height) : null;
+  }
+
+  layRaster() {
+    if (!this.image) return;
+    this.onSheet.putImageData(this.image, 0, 0);
+    this.to.drawImage(this.sheet, 0, 0);
   }
 
   /** Finds where vertices are. */
