@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 from playwright.sync_api import Page
 
-# Colours of the style sheet that pixels are told apart by; what is none of them and strong in colour is `vivid`.
+# Greys of the style sheet that pixels are told apart by. What is strong in colour is `vivid`, as lines of cycles are; what
+# is pale is `tinted`, as their holes are.
 NAMES = ("panel", "point", "edge")
 
 _READ = """
@@ -30,12 +31,13 @@ async (png) => {
 _COUNT = f"""
 async ([png, colors]) => {{
   const data = await ({_READ})(png);
-  const counts = {{ vivid: 0 }};
+  const counts = {{ vivid: 0, tinted: 0 }};
   for (const name of Object.keys(colors)) counts[name] = 0;
   for (let at = 0; at < data.length; at += 4) {{
     const [red, green, blue] = data.subarray(at, at + 3);
-    if (Math.max(red, green, blue) - Math.min(red, green, blue) > 60) {{
-      counts.vivid += 1;
+    const spread = Math.max(red, green, blue) - Math.min(red, green, blue);
+    if (spread > 24) {{
+      counts[spread > 60 ? "vivid" : "tinted"] += 1;
       continue;
     }}
     let [best, nearest] = [null, Infinity];
@@ -79,11 +81,7 @@ class Picture:
     point: int
     edge: int
     vivid: int
-
-    @property
-    def drawn(self) -> int:
-        """All pixels that are something."""
-        return self.point + self.edge + self.vivid
+    tinted: int
 
 
 class Eyes:
