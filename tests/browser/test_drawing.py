@@ -99,7 +99,6 @@ class WithGraphicsCard(WithoutGraphicsCard):
     """
 
     def test_a_card_that_is_lost_is_drawn_with_again_when_it_is_back(self) -> None:
-        self.tolerated = re.compile("CONTEXT_LOST_WEBGL")
         _, producer, page = self.open_page(rate=30)
         page.evaluate(
             """() => {

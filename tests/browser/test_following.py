@@ -11,7 +11,7 @@ from harness import BrowserTest, Daemon, Producer
 
 RATE = 30
 # A machine that makes fewer frames a second than this is too slow to say anything.
-LEAST_RATE = 20
+LEAST_RATE = 15
 SECONDS = 15.0
 
 

@@ -44,9 +44,7 @@ class Page {
     this.frames = new Rate();
     this.drawings = new Rate();
     this.counted = 0;
-    /** The frame drawn last, and the last one of which every pixel is there. */
     this.drawn = null;
-    this.seen = null;
     this.restsUntil = 0;
     this.slowlyAt = 0;
     this.listen();
@@ -147,10 +145,9 @@ class Page {
     requestAnimationFrame(() => this.drawInTime());
   }
 
-  /** Draws, unless the drawing before took so long that following comes first, or is not even done. */
+  /** Draws, unless the drawings before took so long that following comes first, or are not even done. */
   drawInTime() {
     const start = performance.now();
-    this.settle();
     if (start < this.restsUntil) return void setTimeout(() => this.again(), this.restsUntil - start);
     if (this.plane.isBusy) return this.again();
     this.waiting = false;
@@ -161,11 +158,6 @@ class Page {
 
   again() {
     requestAnimationFrame(() => this.drawInTime());
-  }
-
-  /** Notes what can be seen by now. */
-  settle() {
-    if (!this.plane.isBusy) this.seen = this.drawn;
   }
 
   draw() {
@@ -207,13 +199,13 @@ class Page {
 
   /** What tests may know. */
   state() {
-    this.settle();
+    const { seen } = this.plane;
     const { connection, mirror, beside, choice, paused, history, resyncs } = this.session;
     return {
       connected: connection.state === "connected",
       stream: choice.stream,
       frame: mirror.frame ? Number(mirror.frame.number) : null,
-      seen: this.seen ? Number(this.seen.number) : null,
+      seen: seen ? Number(seen.number) : null,
       points: mirror.frame ? Number(mirror.frame.points) : 0,
       edges: mirror.edges.count,
       critical: mirror.critical.count,

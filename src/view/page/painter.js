@@ -1,6 +1,6 @@
 //! What the plane is drawn with: the graphics card where there is one, else the processor.
 //!
-//! In: a canvas. Out: a plane or a sketch of it, with the same words: `draw`, `isBusy`, `bounds`. Invariants: a canvas
+//! In: a canvas. Out: a plane or a sketch of it, with the same words: `draw`, `isBusy`, `seen`, `bounds`. Invariants: a canvas
 //! keeps what it is drawn with. Must not know: what is drawn.
 
 import { Plane } from "./plane.js";

@@ -26,6 +26,9 @@ export class Plane {
     this.origin = { x: 0, y: 0, unit: 1 };
     this.bounds = new Bounds();
     this.gl = gl;
+    /** The newest frame that is drawn for sure, and drawings that may not be done yet, the oldest first. */
+    this.last = null;
+    this.begun = [];
     this.build();
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => this.build());
@@ -45,7 +48,7 @@ export class Plane {
     });
     this.noArray = gl.createVertexArray();
     this.stale = true;
-    this.fence = null;
+    this.begun = [];
   }
 
   arrayOf(describe) {
@@ -70,15 +73,30 @@ export class Plane {
     this.drawPoints(mirror);
     this.drawStrips(mirror, beside, hit);
     gl.bindVertexArray(null);
-    gl.deleteSync(this.fence);
-    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    this.begun.push({ frame: mirror.frame, fence: gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0) });
     gl.flush();
   }
 
-  /** Whether the graphics card is still at what it was told last. */
+  /** Whether the graphics card has enough to do: it has not even done the drawing before the last. */
   get isBusy() {
-    const { gl, fence } = this;
-    return fence !== null && gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED;
+    this.settle();
+    return this.begun.length > 1;
+  }
+
+  /** The frame that can be seen by now, or null. */
+  get seen() {
+    this.settle();
+    return this.last;
+  }
+
+  /** Notes which drawings are done. */
+  settle() {
+    const { gl, begun } = this;
+    while (begun.length > 0 && gl.getSyncParameter(begun[0].fence, gl.SYNC_STATUS) !== gl.UNSIGNALED) {
+      const { frame, fence } = begun.shift();
+      gl.deleteSync(fence);
+      this.last = frame;
+    }
   }
 
   /** Looks where the points are, and lets camera and origin follow. */

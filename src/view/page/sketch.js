@@ -23,6 +23,8 @@ export class Sketch {
     this.camera = camera;
     this.labels = labels;
     this.bounds = new Bounds();
+    /** The frame that can be seen, or null. */
+    this.seen = null;
     this.raster = new Raster();
     /** Where the raster goes before it is laid over what lies below. */
     this.sheet = document.createElement("canvas");
@@ -47,6 +49,7 @@ export class Sketch {
     this.layRaster();
     this.drawOutlines(mirror, beside, hit);
     for (const edge of thick) this.drawThick(edge);
+    this.seen = mirror.frame;
   }
 
   /** What is drawn is drawn at once. */
