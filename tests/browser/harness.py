@@ -238,6 +238,17 @@ class BrowserTest(unittest.TestCase):
     def see(self, page: Page, element: str = "#plane") -> Picture:
         return self.eyes.see(page, element)
 
+    def see_still(self, page: Page, element: str = "#plane") -> Picture:
+        """Looks when nothing moves any more: dots and tracks come after their frame, and small pictures are drawn later."""
+        deadline = time.monotonic() + PATIENCE
+        picture = self.see(page, element)
+        while time.monotonic() < deadline:
+            page.wait_for_timeout(150)
+            before, picture = picture, self.see(page, element)
+            if picture.png == before.png:
+                return picture
+        raise AssertionError(f"{element} does not come to rest")
+
     def state(self, page: Page) -> dict[str, Any]:
         """What the page says of itself."""
         state: dict[str, Any] = page.evaluate("hopes.state()")

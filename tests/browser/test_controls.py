@@ -41,13 +41,13 @@ class Views(BrowserTest):
 
     def test_ranks_by_mouse_and_keys(self) -> None:
         first = self.wait_for_view(derived(1, 1))
-        narrow = self.see(self.page)
+        narrow = self.see_still(self.page)
         for times in range(2, 5):
             self.page.click("#k-more")
             self.wait_for_view(derived(times, 1))
         wide = self.state(self.page)
         self.assertGreater(wide["critical"], first["critical"])
-        self.assertGreater(self.eyes.difference(narrow, self.see(self.page)), 20, "more cycles, and the same picture")
+        self.assertGreater(self.eyes.difference(narrow, self.see_still(self.page)), 20, "more cycles, and the same picture")
         self.page.click("#k-less")
         self.wait_for_view(derived(3, 1))
         self.page.click("#l-more")
@@ -63,11 +63,11 @@ class Views(BrowserTest):
         self.assertEqual(self.daemon.counts("k=3&l=2"), counts(self.state(self.page)))
 
     def test_everything_and_scales(self) -> None:
-        narrow = self.see(self.page)
+        narrow = self.see_still(self.page)
         self.page.get_by_text("Full", exact=True).click()
         everything = self.wait_for_view({"cut": "Full", "simplify": "No"})
         self.assertEqual(self.daemon.counts("full"), counts(everything))
-        self.assertGreater(self.see(self.page).vivid, narrow.vivid + 100, "not all critical edges are drawn")
+        self.assertGreater(self.see_still(self.page).vivid, narrow.vivid + 100, "not all critical edges are drawn")
 
         self.page.get_by_text("Reduced", exact=True).click()
         self.wait_for_scale(above=0)
@@ -89,11 +89,11 @@ class Views(BrowserTest):
 
     def test_simplified(self) -> None:
         before = self.wait_for_view(derived(1, 1))
-        full = self.see(self.page)
+        full = self.see_still(self.page)
         self.page.get_by_label("Simplified").check()
         after = self.wait_for_view(derived(1, 1, "AtScale"))
         self.assertLess(after["vertices"], before["vertices"])
-        self.assertLess(self.see(self.page).point, full.point)
+        self.assertLess(self.see_still(self.page).point, full.point)
         self.page.get_by_label("Simplified").uncheck()
         again = self.wait_for_view(derived(1, 1))
         self.assertEqual(again["vertices"], before["vertices"])
@@ -120,22 +120,22 @@ class Time(BrowserTest):
         page.click("#pause")
         self.wait_for(page, "state.paused && state.seen === state.frame")
         self.assertEqual(page.inner_text("#state"), "paused")
-        still, picture = self.state(page), self.see(page)
+        still, picture = self.state(page), self.see_still(page)
         producer.wait_for(producer.newest + 30)
         self.assertEqual(self.state(page)["frame"], still["frame"])
-        self.assertEqual(self.eyes.difference(picture, self.see(page)), 0, "a paused plane moves")
+        self.assertEqual(self.eyes.difference(picture, self.see_still(page)), 0, "a paused plane moves")
 
         for _ in range(4):
             page.click("#back")
         page.keyboard.press(",")
         back = self.wait_for(page, "state.seen === argument", still["frame"] - 5)
         self.assertEqual(back["vertices"], 400)
-        self.assertGreater(self.eyes.difference(picture, self.see(page)), 100, "an older frame looks the same")
+        self.assertGreater(self.eyes.difference(picture, self.see_still(page)), 100, "an older frame looks the same")
         for _ in range(4):
             page.click("#forth")
         page.keyboard.press(".")
         self.wait_for(page, "state.seen === argument", still["frame"])
-        self.assertEqual(self.eyes.difference(picture, self.see(page)), 0, "back again, it looks different")
+        self.assertEqual(self.eyes.difference(picture, self.see_still(page)), 0, "back again, it looks different")
 
         self.click_away(page)
         page.keyboard.press(" ")

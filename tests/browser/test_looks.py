@@ -74,7 +74,7 @@ class Looks(BrowserTest):
         self.wait_for(page, "state.view.cut.Derived && state.seen === state.frame")
         self.assertEqual(page.evaluate(UNREADABLE), [])
         for picture in ("#plane", "#diagram", "#lives"):
-            self.assertGreater(self.see(page, picture).vivid, 40, f"there is nothing in {picture}")
+            self.assertGreater(self.see_still(page, picture).vivid, 40, f"there is nothing in {picture}")
         return page
 
     def assert_fits(self, page: Page) -> None:
@@ -93,10 +93,10 @@ class Looks(BrowserTest):
     def test_wide_and_dark(self) -> None:
         page = self.look(viewport=WIDE, color_scheme="dark")
         self.assertEqual(page.evaluate("getComputedStyle(document.body).backgroundColor"), "rgb(20, 23, 26)")
-        dark = self.see(page)
+        dark = self.see_still(page)
         page.emulate_media(color_scheme="light")
         self.wait_for(page, "getComputedStyle(document.body).backgroundColor === 'rgb(251, 251, 249)'")
-        self.assertGreater(self.eyes.difference(dark, self.see(page)), dark.panel, "the plane stays dark")
+        self.assertGreater(self.eyes.difference(dark, self.see_still(page)), dark.panel, "the plane stays dark")
 
     def test_narrow_and_light(self) -> None:
         self.look(viewport=NARROW, color_scheme="light", is_mobile=True, has_touch=True, device_scale_factor=2)
