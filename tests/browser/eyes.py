@@ -33,15 +33,18 @@ async ([png, colors]) => {{
   const data = await ({_READ})(png);
   const counts = {{ vivid: 0, tinted: 0 }};
   for (const name of Object.keys(colors)) counts[name] = 0;
+  const known = Object.entries(colors);
   for (let at = 0; at < data.length; at += 4) {{
-    const [red, green, blue] = data.subarray(at, at + 3);
+    const red = data[at];
+    const green = data[at + 1];
+    const blue = data[at + 2];
     const spread = Math.max(red, green, blue) - Math.min(red, green, blue);
     if (spread > 24) {{
       counts[spread > 60 ? "vivid" : "tinted"] += 1;
       continue;
     }}
     let [best, nearest] = [null, Infinity];
-    for (const [name, [r, g, b]] of Object.entries(colors)) {{
+    for (const [name, [r, g, b]] of known) {{
       const distance = (red - r) ** 2 + (green - g) ** 2 + (blue - b) ** 2;
       if (distance < nearest) [best, nearest] = [name, distance];
     }}
@@ -90,8 +93,11 @@ class Eyes:
     def __init__(self, own: Page) -> None:
         self._own = own
 
-    def see(self, page: Page, element: str) -> Picture:
-        png = base64.b64encode(page.locator(element).screenshot()).decode()
+    def glance(self, page: Page, element: str) -> str:
+        """A picture that nobody has looked at yet."""
+        return base64.b64encode(page.locator(element).screenshot()).decode()
+
+    def look(self, page: Page, png: str) -> Picture:
         counts = self._own.evaluate(_COUNT, [png, page.evaluate(_COLORS, NAMES)])
         return Picture(png, **counts)
 

@@ -236,17 +236,17 @@ class BrowserTest(unittest.TestCase):
         self.assertEqual(self.complaints, [], "the page did what it must not do")
 
     def see(self, page: Page, element: str = "#plane") -> Picture:
-        return self.eyes.see(page, element)
+        return self.eyes.look(page, self.eyes.glance(page, element))
 
     def see_still(self, page: Page, element: str = "#plane") -> Picture:
         """Looks when nothing moves any more: dots and tracks come after their frame, and small pictures are drawn later."""
         deadline = time.monotonic() + PATIENCE
-        picture = self.see(page, element)
+        png = self.eyes.glance(page, element)
         while time.monotonic() < deadline:
-            page.wait_for_timeout(150)
-            before, picture = picture, self.see(page, element)
-            if picture.png == before.png:
-                return picture
+            page.wait_for_timeout(100)
+            before, png = png, self.eyes.glance(page, element)
+            if png == before:
+                return self.eyes.look(page, png)
         raise AssertionError(f"{element} does not come to rest")
 
     def state(self, page: Page) -> dict[str, Any]:

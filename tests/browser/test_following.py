@@ -59,9 +59,9 @@ class Following(BrowserTest):
         page = self.open(daemon)
         self.wait_for(page, "state.seen > 0")
         since = producer.newest
-        page.evaluate("{ const end = performance.now() + 4000; while (performance.now() < end); }")
+        page.evaluate("{ const end = performance.now() + 3000; while (performance.now() < end); }")
         self.assert_paced(producer, since)
-        self.assertGreater(producer.newest, since + 3 * LEAST_RATE)
+        self.assertGreater(producer.newest, since + 2 * LEAST_RATE)
         self.wait_for(page, "state.seen >= argument", producer.newest)
 
     def test_nobody_waits_for_a_hidden_page(self) -> None:
