@@ -13,6 +13,7 @@ macro_rules! files {
 }
 
 const FILES: &[(&str, &[u8])] = files![
+    "bounds.js",
     "bytes.js",
     "camera.js",
     "canvas.js",
@@ -29,11 +30,16 @@ const FILES: &[(&str, &[u8])] = files![
     "index.html",
     "lifelines.js",
     "lives.js",
+    "looks.js",
     "main.js",
     "mirror.js",
+    "painter.js",
     "plane.js",
     "protocol.js",
+    "raster.js",
     "session.js",
+    "sketch.js",
+    "slots.js",
     "status.js",
     "strips.js",
     "style.css",

@@ -213,6 +213,28 @@ test("history holds no more than its bytes, and begins anew with a snapshot", ()
   assert.deepEqual([history.before, history.after, history.bytes], [0, 0, 0]);
 });
 
+test("history counts what stands beside frames, but not what frames share", () => {
+  const [history, list] = [new History(), (bytes) => new Float64Array(bytes / 8)];
+  const nothing = { edges_added: list(0) };
+  const shared = [list(1 << 20)];
+  const dots = { total: 1, labels: list(1 << 20) };
+  history.restart({ number: 0 });
+  for (let number = 1; number <= 200; number++) {
+    history.push({ number }, nothing, nothing);
+    const cycles = new Map([
+      [1, shared],
+      [2, [list(1 << 19)]],
+    ]);
+    // Dots and tracks come one after the other.
+    history.annotate({ alive: [], cycles, dots: history.steps[history.steps.length - 2].beside?.dots ?? dots });
+    history.annotate({ alive: [], cycles, dots: number % 2 ? dots : { ...dots } });
+    assert.ok(history.bytes <= 50 << 20, `${history.bytes} bytes`);
+  }
+  const known = history.steps.reduce((sum, step) => sum + step.bytes, 0);
+  assert.equal(history.bytes, known);
+  assert.ok(history.steps.length > 25 && history.steps.length < 40, `${history.steps.length} frames`);
+});
+
 test("where nothing is held, a step leads nowhere", () => {
   const mirror = new Mirror();
   for (const by of [-1, 1, Infinity]) assert.equal(new History().go(mirror, by), null);

@@ -32,14 +32,19 @@ const WIDTHS = {
   edges_removed: 2,
   critical_set: 4,
   critical_removed: 2,
+  dots: 7,
 };
+
+const dot = ([a, b, birth, death, x, y, radius]) => ({ edge: [a, b], birth, death, center: [x, y], radius });
 
 /** A message as the vectors have it. */
 function plain(value, key) {
   if (value instanceof Float64Array) {
     const width = WIDTHS[key] ?? 1;
     if (width === 1) return Array.from(value);
-    return Array.from({ length: value.length / width }, (_, i) => Array.from(value.slice(i * width, (i + 1) * width)));
+    const row = (_, i) => Array.from(value.slice(i * width, (i + 1) * width));
+    const rows = Array.from({ length: value.length / width }, row);
+    return key === "dots" ? rows.map(dot) : rows;
   }
   if (Array.isArray(value)) return value.map((item) => plain(item));
   if (value === null || typeof value !== "object") return value;
@@ -48,7 +53,7 @@ function plain(value, key) {
 
 /** Whether a message lists an id that no double holds: the page says so and holds no such skeleton. */
 function listsHugeIds(body) {
-  const big = (value) => (Array.isArray(value) ? value.some(big) : typeof value === "bigint");
+  const big = (value) => (Array.isArray(value) ? value.some(big) : typeof (value?.edge?.find(big) ?? value) === "bigint");
   return Object.keys(WIDTHS).some((key) => big(body[key])) || (body.cycles ?? []).some?.((cycle) => big(cycle.walks));
 }
 

@@ -12,7 +12,7 @@ export function contextOf(canvas) {
   const ratio = Math.min(devicePixelRatio || 1, 3);
   const [wide, high] = [Math.round(width * ratio), Math.round(height * ratio)];
   if (canvas.width !== wide || canvas.height !== high) [canvas.width, canvas.height] = [wide, high];
-  const to = canvas.getContext("2d");
+  const to = canvas.getContext("2d", { willReadFrequently: true });
   to.setTransform(ratio, 0, 0, ratio, 0, 0);
   to.clearRect(0, 0, width, height);
   to.font = FONT;

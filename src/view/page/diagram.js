@@ -23,11 +23,12 @@ export class Diagram {
     this.labels = labels;
     /** The largest scale shown. */
     this.largest = 0;
-    this.dots = [];
+    /** Birth and death of each dot in turn, the most persistent first. */
+    this.dots = new Float64Array(0);
   }
 
   /** Draws the diagram of a frame. */
-  draw(frame, { total, dots }, hit) {
+  draw(frame, { total, labels: dots }, hit) {
     const context = contextOf(this.canvas);
     if (!context) return;
     this.dots = dots;
@@ -46,7 +47,8 @@ export class Diagram {
 
   /** Lets the axes follow the dots, not at every breath of theirs. */
   scale(dots) {
-    const largest = dots.reduce((max, dot) => Math.max(max, dot.death), 0) * 1.06;
+    let largest = 0;
+    for (let at = 1; at < dots.length; at += 2) largest = Math.max(largest, 1.06 * dots[at]);
     if (largest > this.largest || largest < 0.7 * this.largest) this.largest = largest || 1;
   }
 
@@ -137,8 +139,8 @@ export class Diagram {
   drawDots(frame, hit) {
     const { to } = this;
     const isFew = frame !== null && frame.cycles <= FEW;
-    for (let i = this.dots.length - 1; i >= 0; i--) {
-      const { birth, death } = this.dots[i];
+    for (let at = this.dots.length - 2; at >= 0; at -= 2) {
+      const [birth, death] = [this.dots[at], this.dots[at + 1]];
       const track = this.labels.find(birth, death);
       const shown = isShown(frame, birth, death);
       const meant = isMeant(hit, track?.id ?? null, birth, death);
@@ -184,12 +186,12 @@ export class Diagram {
   /** The cycle of the dot nearest to a point. */
   at(left, top) {
     if (!this.width) return null;
-    let [best, nearest] = [null, REACH * REACH];
-    for (const dot of this.dots) {
-      const distance = (this.x(dot.birth) - left) ** 2 + (this.y(dot.death) - top) ** 2;
-      if (distance < nearest) [best, nearest] = [dot, distance];
+    let [best, nearest] = [-1, REACH * REACH];
+    for (let at = 0; at < this.dots.length; at += 2) {
+      const distance = (this.x(this.dots[at]) - left) ** 2 + (this.y(this.dots[at + 1]) - top) ** 2;
+      if (distance < nearest) [best, nearest] = [at, distance];
     }
-    return best && this.labels.hit(best.birth, best.death);
+    return best < 0 ? null : this.labels.hit(this.dots[best], this.dots[best + 1]);
   }
 }
 
@@ -207,9 +209,11 @@ function isShown(frame, birth, death) {
  */
 export function gapsOf({ ds, vs }, dots, total) {
   if (ds === null) return { diagonal: null, vertical: null };
-  let low = dots.length < total ? dots[dots.length - 1].death - dots[dots.length - 1].birth : 0;
+  const last = dots.length - 2;
+  let low = last >= 0 && dots.length / 2 < total ? dots[last + 1] - dots[last] : 0;
   let next = Infinity;
-  for (const { birth, death } of dots) {
+  for (let at = 0; at < dots.length; at += 2) {
+    const [birth, death] = [dots[at], dots[at + 1]];
     const isAbove = death - birth >= ds;
     if (!isAbove) low = Math.max(low, death - birth);
     else if (vs !== null && birth > vs) next = Math.min(next, birth);

@@ -14,7 +14,7 @@ const TRACK_BYTES = 240;
 /**
  * A frame that one can go to.
  * @typedef {{frame: any, forth: import("./mirror.js").Change | null, back: import("./mirror.js").Change | null,
- *   beside: any, bytes: number}} Step
+ *   beside: any, bytes: number, bytesBeside: number}} Step
  */
 
 export class History {
@@ -43,12 +43,12 @@ export class History {
   /** A snapshot has come. */
   restart(frame) {
     this.clear();
-    this.append({ frame, forth: null, back: null, beside: null, bytes: 0 });
+    this.append({ frame, forth: null, back: null, beside: null, bytes: 0, bytesBeside: 0 });
   }
 
   /** A diff has come. The frame shown is the newest. */
   push(frame, forth, back) {
-    this.append({ frame, forth, back, beside: null, bytes: bytesOf(forth) + bytesOf(back) });
+    this.append({ frame, forth, back, beside: null, bytes: bytesOf(forth) + bytesOf(back), bytesBeside: 0 });
   }
 
   append(step) {
@@ -66,10 +66,10 @@ export class History {
   annotate(beside) {
     const newest = this.steps[this.steps.length - 1];
     if (!newest) return;
-    const bytes = newest.beside ? 0 : TRACK_BYTES * (beside.alive.length + 1);
-    newest.beside = beside;
-    newest.bytes += bytes;
-    this.bytes += bytes;
+    const bytes = bytesBeside(beside, this.steps[this.steps.length - 2]?.beside);
+    newest.bytes += bytes - newest.bytesBeside;
+    this.bytes += bytes - newest.bytesBeside;
+    [newest.beside, newest.bytesBeside] = [beside, bytes];
   }
 
   /** Moves the mirror by so many frames, or as far as there are any. Gives what was drawn beside the frame. */
@@ -88,4 +88,15 @@ export class History {
     }
     return this.steps[this.at]?.beside ?? null;
   }
+}
+
+/** What is held for a frame beside what is shared with the one before: tracks, walks that are new, dots. */
+function bytesBeside({ alive, cycles, dots }, before) {
+  let bytes = TRACK_BYTES * (alive.length + 1);
+  if (dots !== before?.dots) bytes += dots.labels.byteLength;
+  if (cycles === before?.cycles) return bytes;
+  for (const [id, walks] of cycles) {
+    if (walks !== before?.cycles.get(id)) for (const walk of walks) bytes += walk.byteLength;
+  }
+  return bytes;
 }

@@ -1,8 +1,8 @@
 //! The page: puts session, pictures and controls together, and draws when something has changed.
 //!
 //! In: the address, the user. Out: the page, and `window.hopes.state()` for tests. Invariants: at most one drawing a
-//! screen frame and none where nothing has changed; a hidden page follows nothing. Must not know: bytes, the graphics
-//! card.
+//! screen frame and none where nothing has changed; drawing never takes more than half of the time, so that there is
+//! always some for following; a hidden page follows nothing. Must not know: bytes, the graphics card.
 
 import { Camera } from "./camera.js";
 import { readPalette } from "./colors.js";
@@ -10,7 +10,7 @@ import { Controls, choiceFrom } from "./controls.js";
 import { Labels, cycleAt, isMeant } from "./cycles.js";
 import { Diagram } from "./diagram.js";
 import { Lives } from "./lives.js";
-import { Plane } from "./plane.js";
+import { painterOf } from "./painter.js";
 import { Session } from "./session.js";
 import { Rate, showCycle, showStatus } from "./status.js";
 
@@ -30,7 +30,7 @@ class Page {
     );
     this.labels = new Labels();
     this.camera = new Camera(el("plane"), () => this.mark());
-    this.plane = new Plane(el("plane"), this.camera, this.labels);
+    this.plane = painterOf(el("plane"), this.camera, this.labels);
     this.diagram = new Diagram(el("diagram"), this.labels);
     this.lives = new Lives(el("lives"));
     this.controls = new Controls(this.session, {
@@ -45,8 +45,8 @@ class Page {
     this.drawings = new Rate();
     this.counted = 0;
     this.drawn = null;
+    this.restsUntil = 0;
     this.slowlyAt = 0;
-    el("no-webgl").hidden = Boolean(this.plane.gl);
     this.listen();
   }
 
@@ -116,7 +116,7 @@ class Page {
   }
 
   fit() {
-    this.plane.bounds = null;
+    this.plane.bounds.clear();
     this.camera.fit();
   }
 
@@ -138,14 +138,26 @@ class Page {
     for (; this.counted < framesSeen; this.counted++) this.frames.add();
   }
 
-  /** Something has changed: draws before the next screen frame. */
+  /** Something has changed: draws before the next screen frame for which there is time. */
   mark() {
     if (this.waiting || document.hidden) return;
     this.waiting = true;
-    requestAnimationFrame(() => {
-      this.waiting = false;
-      this.draw();
-    });
+    requestAnimationFrame(() => this.drawInTime());
+  }
+
+  /** Draws, unless the drawings before took so long that following comes first, or are not even done. */
+  drawInTime() {
+    const start = performance.now();
+    if (start < this.restsUntil) return void setTimeout(() => this.again(), this.restsUntil - start);
+    if (this.plane.isBusy) return this.again();
+    this.waiting = false;
+    this.draw();
+    const end = performance.now();
+    this.restsUntil = 2 * end - start;
+  }
+
+  again() {
+    requestAnimationFrame(() => this.drawInTime());
   }
 
   draw() {
@@ -187,11 +199,13 @@ class Page {
 
   /** What tests may know. */
   state() {
+    const { seen } = this.plane;
     const { connection, mirror, beside, choice, paused, history, resyncs } = this.session;
     return {
       connected: connection.state === "connected",
       stream: choice.stream,
       frame: mirror.frame ? Number(mirror.frame.number) : null,
+      seen: seen ? Number(seen.number) : null,
       points: mirror.frame ? Number(mirror.frame.points) : 0,
       edges: mirror.edges.count,
       critical: mirror.critical.count,

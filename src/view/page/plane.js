@@ -4,31 +4,31 @@
 //! changed are written to the graphics card; coordinates there are taken from an origin nearby, so that their 24 bits
 //! suffice; a lost context is built anew. Must not know: sockets, messages.
 
+import { Bounds } from "./bounds.js";
 import { colorOf, palette } from "./colors.js";
-import { isMeant } from "./cycles.js";
-import { BLOCK_BITS } from "./elements.js";
 import { Buffer, programs } from "./gl.js";
+import { fillingOf, holesOf, pointSize } from "./looks.js";
+import { forRuns, linkOf } from "./slots.js";
 import { Strips } from "./strips.js";
 
-const BLOCK = 1 << BLOCK_BITS;
 /** Out of every view, for slots that are free. */
 const AWAY = 1e30;
-/** Holes that are filled, at most; each takes two calls. */
-const MOST_HOLES = 1500;
-const BOUNDS_EVERY = 200;
 
 export class Plane {
-  /** @param {HTMLCanvasElement} canvas @param {import("./camera.js").Camera} camera */
-  constructor(canvas, camera, labels) {
+  /**
+   * @param {HTMLCanvasElement} canvas @param {WebGL2RenderingContext} gl
+   * @param {import("./camera.js").Camera} camera @param {import("./cycles.js").Labels} labels
+   */
+  constructor(canvas, gl, camera, labels) {
     this.canvas = canvas;
     this.camera = camera;
     this.labels = labels;
     this.origin = { x: 0, y: 0, unit: 1 };
-    this.bounds = null;
-    this.boundsAt = 0;
-    this.gl = contextOf(canvas);
-    if (!this.gl) return;
-    this.isSlow = !this.gl.getContextAttributes().antialias;
+    this.bounds = new Bounds();
+    this.gl = gl;
+    /** The newest frame that is drawn for sure, and drawings that may not be done yet, the oldest first. */
+    this.last = null;
+    this.begun = [];
     this.build();
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => this.build());
@@ -48,6 +48,7 @@ export class Plane {
     });
     this.noArray = gl.createVertexArray();
     this.stale = true;
+    this.begun = [];
   }
 
   arrayOf(describe) {
@@ -61,7 +62,7 @@ export class Plane {
   /** Draws a frame. @param {import("./mirror.js").Mirror} mirror */
   draw(mirror, beside, hit) {
     const { gl } = this;
-    if (!gl || gl.isContextLost()) return;
+    if (gl.isContextLost()) return;
     this.look(mirror);
     this.upload(mirror);
     this.begin();
@@ -72,19 +73,38 @@ export class Plane {
     this.drawPoints(mirror);
     this.drawStrips(mirror, beside, hit);
     gl.bindVertexArray(null);
+    this.begun.push({ frame: mirror.frame, fence: gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0) });
+    gl.flush();
   }
 
-  /** Looks where the points are, now and then, and lets camera and origin follow. */
-  look({ vertices }) {
-    const now = performance.now();
-    if (this.bounds && (vertices.version === this.boundsOf || now - this.boundsAt < BOUNDS_EVERY)) {
-      return this.camera.take(this.bounds);
+  /** Whether the graphics card has enough to do: it has not even done the drawing before the last. */
+  get isBusy() {
+    this.settle();
+    return this.begun.length > 1;
+  }
+
+  /** The frame that can be seen by now, or null. */
+  get seen() {
+    this.settle();
+    return this.last;
+  }
+
+  /** Notes which drawings are done. */
+  settle() {
+    const { gl, begun } = this;
+    while (begun.length > 0 && gl.getSyncParameter(begun[0].fence, gl.SYNC_STATUS) !== gl.UNSIGNALED) {
+      const { frame, fence } = begun.shift();
+      gl.deleteSync(fence);
+      this.last = frame;
     }
-    if (vertices.count === 0) return;
-    [this.boundsAt, this.boundsOf] = [now, vertices.version];
-    this.bounds = boundsOf(vertices);
-    this.camera.take(this.bounds);
-    const [left, bottom, right, top] = this.bounds;
+  }
+
+  /** Looks where the points are, and lets camera and origin follow. */
+  look({ vertices }) {
+    const box = this.bounds.take(vertices);
+    if (!box) return;
+    this.camera.take(box);
+    const [left, bottom, right, top] = box;
     const unit = Math.max(right - left, top - bottom) || 1;
     const [x, y] = [(left + right) / 2, (bottom + top) / 2];
     const far = Math.max(Math.abs(x - this.origin.x), Math.abs(y - this.origin.y)) / unit;
@@ -118,7 +138,7 @@ export class Plane {
 
   begin() {
     const { gl, canvas } = this;
-    const ratio = this.isSlow ? 1 : Math.min(devicePixelRatio || 1, 2);
+    const ratio = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     this.ratio = ratio;
@@ -157,9 +177,8 @@ export class Plane {
   /** Points as large as there is room for. */
   drawPoints({ vertices }) {
     const { gl } = this;
-    const [left, bottom, right, top] = this.bounds ?? [0, 0, 1, 1];
-    const room = Math.sqrt(((right - left) * (top - bottom)) / Math.max(1, vertices.count)) * this.camera.scale;
-    gl.uniform1f(this.programs.flat.size, this.ratio * Math.min(4.5, Math.max(1.25, 0.35 * room)));
+    const room = this.bounds.room(vertices.count) * this.camera.scale;
+    gl.uniform1f(this.programs.flat.size, this.ratio * pointSize(room));
     gl.uniform1i(this.programs.flat.isRound, 1);
     // Where points lie on each other, the crowd makes the shade.
     this.color(palette.point, room < 4 ? 0.55 : 0.9);
@@ -167,10 +186,9 @@ export class Plane {
   }
 
   /** Fills each hole where an odd number of triangles from one corner of its walks lie: what is inside them. */
-  drawHoles({ vertices, frame }, { alive, cycles }, hit) {
+  drawHoles(mirror, beside, hit) {
     const { gl } = this;
-    if (!frame || frame.view.simplify !== "No") return;
-    const ranges = this.layFans(vertices, alive, cycles);
+    const ranges = this.layFans(mirror.vertices, holesOf(mirror, beside), beside.cycles);
     gl.enable(gl.STENCIL_TEST);
     for (const { track, from, count } of ranges) {
       gl.colorMask(false, false, false, false);
@@ -180,18 +198,14 @@ export class Plane {
       gl.colorMask(true, true, true, true);
       gl.stencilFunc(gl.NOTEQUAL, 0, 1);
       gl.stencilOp(gl.ZERO, gl.ZERO, gl.ZERO);
-      this.color(colorOf(track.id), isMeant(hit, track.id) ? 0.5 : track.selected ? 0.26 : 0.1);
+      this.color(colorOf(track.id), fillingOf(track, hit));
       gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 4 * from);
     }
     gl.disable(gl.STENCIL_TEST);
   }
 
-  /** Lays out the triangles of all holes, the largest hole first. */
-  layFans(vertices, alive, cycles) {
-    const holes = alive
-      .filter((track) => cycles.get(track.id)?.length)
-      .sort((a, b) => b.area - a.area)
-      .slice(0, MOST_HOLES);
+  /** Lays out the triangles of all holes. */
+  layFans(vertices, holes, cycles) {
     const length = holes.reduce(
       (sum, { id }) => sum + cycles.get(id).reduce((all, walk) => all + 3 * walk.length, 0),
       0,
@@ -226,40 +240,6 @@ export class Plane {
   }
 }
 
-/** A context with smooth edges; without, where there is no graphics card and every pixel costs. */
-function contextOf(canvas) {
-  return canvas.getContext("webgl2", { stencil: true, antialias: !isSoftware(), powerPreference: "high-performance" });
-}
-
-/** Whether WebGL is drawn by the processor. A context cannot be changed afterwards, so another one is asked. */
-function isSoftware() {
-  const probe = document.createElement("canvas").getContext("webgl2");
-  if (!probe) return true;
-  const info = probe.getExtension("WEBGL_debug_renderer_info");
-  const name = String(probe.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : probe.RENDERER));
-  probe.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
-}
-
-/** Calls for each run of blocks that have changed, and notes that they are dealt with. */
-function forRuns({ changed, end }, write) {
-  for (let block = 0; block * BLOCK < end; block++) {
-    if (!changed[block]) continue;
-    const from = block;
-    while (block * BLOCK < end && changed[block]) changed[block++] = 0;
-    write(from * BLOCK, Math.min(block * BLOCK, end));
-  }
-}
-
-/** The slots of an edge's ends; of an edge that is gone, one slot twice. */
-function linkOf(vertices, edges, slot, into) {
-  const a = edges.rows[2 * slot];
-  const [from, to] = a < 0 ? [-1, -1] : [vertices.find(a), vertices.find(edges.rows[2 * slot + 1])];
-  const isThere = from >= 0 && to >= 0;
-  into[2 * slot] = isThere ? from : 0;
-  into[2 * slot + 1] = isThere ? to : 0;
-}
-
 /** Triangles from the first vertex of a walk to each of its edges. A vertex that is not there leaves the walk out. */
 function layFan(vertices, walk, into, start) {
   let at = start;
@@ -274,18 +254,4 @@ function layFan(vertices, walk, into, start) {
     before = slot;
   }
   return at;
-}
-
-/** @param {import("./elements.js").Elements} vertices */
-function boundsOf({ rows, end }) {
-  let [left, bottom, right, top] = [Infinity, Infinity, -Infinity, -Infinity];
-  for (let at = 0; at < 3 * end; at += 3) {
-    if (rows[at] < 0) continue;
-    const [x, y] = [rows[at + 1], rows[at + 2]];
-    if (x < left) left = x;
-    if (x > right) right = x;
-    if (y < bottom) bottom = y;
-    if (y > top) top = y;
-  }
-  return [left, bottom, right, top];
 }

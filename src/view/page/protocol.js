@@ -1,7 +1,7 @@
 //! The protocol's messages, as far as one who follows streams needs them. `protocol/SPEC.md` defines every byte.
 //!
 //! In: a type and a body, or a message. Out: a message, or a frame. Invariants: fields have the names of the SPEC;
-//! lists of vertices, edges and critical edges are rows in one Float64Array; a body is read to its last byte or
+//! lists of vertices, edges, critical edges and dots are rows in one Float64Array; a body is read to its last byte or
 //! refused. Must not know: sockets, what is done with messages.
 
 import {
@@ -154,7 +154,7 @@ const MESSAGES = {
       stream: u32,
       frame: u64,
       total: u64,
-      dots: list(record({ edge: tuple(u64, u64), birth: f64, death: f64, center: pair, radius: f64 })),
+      dots: rows(2, 5),
     }),
   ],
   0x0209: ["Heartbeat", record({ stream: u32, frame: u64 })],

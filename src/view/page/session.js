@@ -18,6 +18,19 @@ const VIEW_EVERY = 120;
 const TOO_FAR = 2500;
 const WANT_TRACKS = 0x020d;
 
+/** Columns of a dot: its edge's ends, birth, death, centre and radius. */
+const DOT = 7;
+
+/** Birth and death of dots, all that is shown of them: this is kept for every frame that one can go back to. */
+function labelsOf(dots) {
+  const labels = new Float64Array((2 * dots.length) / DOT);
+  for (let i = 0; i < labels.length; i += 2) {
+    labels[i] = dots[(i / 2) * DOT + 2];
+    labels[i + 1] = dots[(i / 2) * DOT + 3];
+  }
+  return labels;
+}
+
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 
 export class Session {
@@ -63,7 +76,7 @@ export class Session {
     /** Why there are no tracks, if there are none. */
     this.trackless = "";
     this.notice = "";
-    this.dots = { total: 0, dots: [] };
+    this.dots = { total: 0, labels: new Float64Array(0) };
     this.shown = { ...nobody(), dots: this.dots };
   }
 
@@ -255,7 +268,7 @@ export class Session {
   }
 
   takeDots({ total, dots }) {
-    this.dots = { total, dots };
+    this.dots = { total, labels: labelsOf(dots) };
     this.annotate();
   }
 

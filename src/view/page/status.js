@@ -53,8 +53,9 @@ export function showStatus(session, followed, drawn) {
   say("tracks", session.trackless ? "–" : whole(beside.alive.length));
   say("steps", paused ? `${whole(history.before)} frames back, ${whole(history.after)} on` : "");
   say("gaps", frame?.view.cut.Derived ? `ds ${short(frame.ds)} · vs ${frame.vs === null ? "∞" : short(frame.vs)}` : "");
-  const { total, dots } = beside.dots;
-  say("dots", total > dots.length ? `${whole(dots.length)} of ${whole(total)} dots` : `${whole(total)} dots`);
+  const { total, labels } = beside.dots;
+  const known = labels.length / 2;
+  say("dots", total > known ? `${whole(known)} of ${whole(total)} dots` : `${whole(total)} dots`);
   say("lives-note", session.trackless ? `No tracks: ${session.trackless}` : "");
   showMessage(session);
 }

@@ -4,14 +4,8 @@
 //! strips. Invariants: a track's strips have its colour; strips lie in the order in which they are drawn. Must not
 //! know: cameras.
 
-import { colorOf, palette } from "./colors.js";
-import { isMeant } from "./cycles.js";
 import { STRIP, StripTexture } from "./gl.js";
-
-/** So many critical edges are all worth a thick line. */
-const FEW = 200;
-/** Corners of what is drawn as a circle. */
-const CORNERS = 48;
+import { CORNERS, forCritical, outlinesOf } from "./looks.js";
 
 export class Strips {
   /** @param {WebGL2RenderingContext} gl @param {import("./cycles.js").Labels} labels */
@@ -28,36 +22,20 @@ export class Strips {
   lay(mirror, beside, hit, ground) {
     this.ground = ground;
     const { vertices, critical } = mirror;
-    const outlines = outlinesOf(mirror, beside);
+    const outlines = outlinesOf(mirror, beside, hit);
     this.texture.reserve(critical.count + outlines.reduce((sum, { length }) => sum + length, 0));
     this.laid = 0;
-    for (const { track, walk } of outlines) {
-      const [alpha, width] = isMeant(hit, track.id) ? [1, 1.3] : [track.selected ? 0.8 : 0.3, 0.65];
-      const { rgb } = colorOf(track.id);
-      if (!walk) this.layCircle(track, rgb, alpha, width);
+    for (const { track, walk, color, alpha, width } of outlines) {
+      if (!walk) this.layCircle(track, color.rgb, alpha, width);
       for (let i = 0; walk && i < walk.length; i++) {
-        this.layStrip(vertices, walk[i], walk[(i + 1) % walk.length], rgb, alpha, width);
+        this.layStrip(vertices, walk[i], walk[(i + 1) % walk.length], color.rgb, alpha, width);
       }
     }
-    this.layCritical(mirror, hit);
+    forCritical(critical, this.labels, hit, (a, b, { rgb }, alpha, width) =>
+      this.layStrip(vertices, a, b, rgb, alpha, width),
+    );
     this.texture.write(this.laid);
     return this.laid;
-  }
-
-  /** Critical edges of tracks thick; the others, where there are many, thin and pale if they matter little. */
-  layCritical({ vertices, critical: { rows, end, count } }, hit) {
-    let largest = 0;
-    for (let at = 0; at < 4 * end; at += 4) if (rows[at] >= 0) largest = Math.max(largest, rows[at + 3] - rows[at + 2]);
-    for (let at = 0; at < 4 * end; at += 4) {
-      if (rows[at] < 0) continue;
-      const [birth, death] = [rows[at + 2], rows[at + 3]];
-      const track = this.labels.find(birth, death);
-      const { rgb } = track ? colorOf(track.id) : palette.critical;
-      const isPlain = track !== null || count <= FEW;
-      const alpha = isPlain ? 1 : 0.25 + 0.75 * Math.sqrt((death - birth) / largest || 0);
-      const width = isMeant(hit, track?.id ?? null, birth, death) ? 2.4 : isPlain ? 1.4 : 0.6;
-      this.layStrip(vertices, rows[at], rows[at + 1], rgb, alpha, width);
-    }
   }
 
   /** A hole whose walks are not known, as the circle inside it. */
@@ -91,10 +69,4 @@ export class Strips {
     into[at++] = alpha;
     into[at] = width * this.ground.ratio;
   }
-}
-
-/** What is drawn around holes: walks, or circles in a simplified view, which lacks most of their vertices. */
-function outlinesOf({ frame }, { alive, cycles }) {
-  if (frame && frame.view.simplify !== "No") return alive.map((track) => ({ track, walk: null, length: CORNERS }));
-  return alive.flatMap((track) => (cycles.get(track.id) ?? []).map((walk) => ({ track, walk, length: walk.length })));
 }

@@ -1,0 +1,127 @@
+"""Whether the page's memory stays bounded on a stream that runs for long. For people; no test runs it.
+
+In: minutes and a scene on the command line, and what `harness` takes. Out: a line every half minute with the JS heap after
+a collection of garbage, buffers outside of it, nodes of the document and the memory of the browser's page processes; exit
+code 1 where any of them has grown by more than its bound from minute 2 on.
+Invariants: what is held on purpose (the last frames to step back to, the lives of tracks) has reached its limits before
+minute 2. Must not know: what takes the memory.
+
+    tests/browser/run --memory [--minutes 10] [--scene sweep|rings]
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
+
+from harness import WIDE, Daemon, Producer, launch, until
+
+EVERY = 30.0
+SETTLED = 120.0
+MIB = 1 << 20
+
+
+class Ending(contextlib.ExitStack):
+    """Ends what was started."""
+
+    def addCleanup(self, end: Any, *arguments: Any) -> None:  # noqa: N802, as tests have it
+        self.callback(end, *arguments)
+
+
+@dataclass
+class Sample:
+    """What is held at one time."""
+
+    minutes: float
+    frame: int
+    heap: float
+    buffers: float
+    nodes: float
+    resident: float
+
+    #: How much each may grow, in MiB or nodes, from the first settled sample to the last.
+    BOUNDS = {"heap": 8.0, "buffers": 16.0, "nodes": 100.0, "resident": 64.0}
+
+    def __str__(self) -> str:
+        return (
+            f"{self.minutes:7.1f} {self.frame:7} {self.heap:9.1f} {self.buffers:12.1f} {self.nodes:6.0f} {self.resident:9.0f}"
+        )
+
+
+HEAD = "minutes   frame  heap MiB  buffers MiB  nodes  RSS MiB"
+
+
+def take(browser: Browser, page: Page, session: CDPSession, since: float) -> Sample:
+    session.send("HeapProfiler.collectGarbage")
+    usage = session.send("Runtime.getHeapUsage")
+    nodes = session.send("Memory.getDOMCounters")["nodes"]
+    frame = page.evaluate("hopes.state().frame")
+    minutes = (time.monotonic() - since) / 60
+    buffers = usage.get("backingStorageSize", 0) / MIB
+    return Sample(minutes, frame, usage["usedSize"] / MIB, buffers, nodes, resident(browser))
+
+
+def resident(browser: Browser) -> float:
+    """The memory of all processes that run pages."""
+    session = browser.new_browser_cdp_session()
+    infos = session.send("SystemInfo.getProcessInfo")["processInfo"]
+    session.detach()
+    ids = ",".join(str(info["id"]) for info in infos if info["type"] == "renderer")
+    told = subprocess.run(["ps", "-o", "rss=", "-p", ids], capture_output=True, text=True, check=True).stdout
+    return sum(int(line) for line in told.split()) / 1024
+
+
+def follow(minutes: float, scene: str, points: int) -> list[Sample]:
+    """Follows a stream for so long."""
+    with Ending() as ending, sync_playwright() as playwright:
+        daemon = Daemon(ending, "--track", "top:20")
+        producer = Producer(ending, daemon, scene=scene, points=points, changed=points // 100, rings=10)
+        producer.wait_for(1)
+        with launch(playwright) as browser:
+            page = browser.new_page(viewport=WIDE)
+            page.goto(daemon.url)
+            session = page.context.new_cdp_session(page)
+            until(lambda: page.evaluate("hopes.state().frame") is not None, "nothing is followed")
+            since = time.monotonic()
+            samples = []
+            print(HEAD, flush=True)
+            while not samples or samples[-1].minutes < minutes:
+                page.wait_for_timeout(1000 * max(0.0, since + EVERY * len(samples) - time.monotonic()))
+                samples.append(take(browser, page, session, since))
+                print(samples[-1], flush=True)
+            return samples
+
+
+def judge(samples: list[Sample]) -> int:
+    """Says what has grown, and gives the exit code."""
+    settled = [sample for sample in samples if 60 * sample.minutes >= SETTLED - 1]
+    if len(settled) < 2:
+        print("too short to say anything: nothing is settled before minute 2")
+        return 1
+    code = 0
+    for name, bound in Sample.BOUNDS.items():
+        growth = getattr(settled[-1], name) - getattr(settled[0], name)
+        verdict = "within" if growth <= bound else "ABOVE"
+        code |= growth > bound
+        print(f"{name}: {growth:+.1f} since minute {settled[0].minutes:.0f}, {verdict} the bound of {bound:.0f}")
+    return code
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Watches the page's memory on a stream that runs.")
+    parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--scene", choices=["sweep", "rings"], default="sweep")
+    parser.add_argument("--points", type=int, default=100_000)
+    asked = parser.parse_args()
+    return judge(follow(asked.minutes, asked.scene, asked.points))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,144 @@
+"""What the page draws of a stream, with a graphics card and without, and what it says of a cycle under the pointer."""
+
+from __future__ import annotations
+
+import math
+import re
+import unittest
+
+from playwright.sync_api import Page
+
+from harness import BrowserTest, Daemon, Producer, until
+
+
+class WithoutGraphicsCard(BrowserTest):
+    """The plane is drawn by the processor."""
+
+    #: Whether it is drawn by WebGL.
+    has_card = False
+    #: Pixels that have the colour of edges; the rims of points have it too where a card draws them smooth.
+    least_edges = 800
+
+    def open_page(self, rate: int, *options: str) -> tuple[Daemon, Producer, Page]:
+        """A page that is opened when a stream is running already, or makes frames when it is told to."""
+        daemon = Daemon(self, *options)
+        producer = Producer(self, daemon, points=400, changed=20, rings=4, rate=rate)
+        if rate == 0:
+            producer.make(10)
+        producer.wait_for(10)
+        page = self.open(daemon)
+        self.wait_for(page, "state.connected && state.seen >= 10")
+        is_card = page.evaluate("document.getElementById('plane').getContext('2d') === null")
+        self.assertEqual(is_card, self.has_card)
+        return daemon, producer, page
+
+    def assert_drawn(self, page: Page) -> None:
+        plane = self.see(page)
+        self.assertGreater(plane.point, 400, "there are too few pixels of points")
+        self.assertGreater(plane.vivid, 100, "there are too few pixels of critical edges")
+        self.assertGreater(plane.tinted, 20_000, "there are too few pixels of holes")
+        self.assertGreater(plane.panel, 100_000, "everything is covered")
+
+    def test_a_stream_that_runs_is_drawn_and_followed(self) -> None:
+        daemon, producer, page = self.open_page(30, "--track", "view")
+        self.wait_for(page, "state.tracks >= 4")
+        self.assert_drawn(page)
+        before = self.see(page)
+        self.wait_for(page, "state.seen >= argument", producer.newest + 20)
+        self.assertGreater(self.eyes.difference(before, self.see(page)), 200, "the plane stands still")
+        self.assertGreater(self.see(page, "#diagram").vivid, 60, "there are no dots of tracks in the diagram")
+        self.assertGreater(self.see(page, "#lives").vivid, 60, "there are no lives")
+
+        producer.stop()
+        until(lambda: daemon.stream()["producers"] == 0, "the daemon does not miss its producer")
+        told = daemon.stream()
+        state = self.wait_for(page, "state.seen === argument", told["frame"])
+        self.assertEqual(told["points"], 400)
+        self.assertEqual((state["points"], state["vertices"]), (told["points"], told["vertices"]))
+        self.assertEqual((state["edges"], state["critical"]), daemon.counts("k=1&l=1"))
+        self.assertEqual(state["resyncs"], 0)
+
+    def test_a_tree_is_drawn_without_tracks(self) -> None:
+        _, _, page = self.open_page(0)
+        # Rims of holes and of thick lines would have the colour of edges too.
+        plane = self.see_still(page)
+        self.assertGreater(plane.point, 400, "there are too few pixels of points")
+        self.assertGreater(plane.edge, self.least_edges, "there are too few pixels of edges")
+        self.assertGreater(plane.vivid, 20, "there are too few pixels of critical edges")
+
+    def test_the_cycle_under_the_pointer_is_told_of_and_marked(self) -> None:
+        daemon, producer, page = self.open_page(0, "--track", "view")
+        last = producer.make(10)
+        self.wait_for(page, "state.seen === argument && state.tracks >= 4", last)
+        dot = daemon.most_persistent()
+        vertices = [(x, y) for _, x, y in daemon.snapshot("full")["vertices"]["add"]]
+        diagram, plane = self.see_still(page, "#diagram"), self.see_still(page)
+        self.assertFalse(page.locator("#cycle").is_visible())
+
+        page.locator("#plane").hover(position=place_of(page, vertices, dot.center))
+        page.locator("#cycle").wait_for(state="visible")
+        self.assertEqual(told(page, "birth"), rounded(dot.birth))
+        self.assertEqual(told(page, "death"), rounded(dot.death))
+        self.assertEqual(told(page, "persistence"), rounded(dot.death - dot.birth))
+        self.assertRegex(page.inner_text("#cycle-id"), r"^track [1-9]\d*$")
+        age = int(re.fullmatch(r"(\d+) frames", page.inner_text("#cycle-age")).group(1))  # type: ignore[union-attr]
+        self.assertTrue(1 < age <= last, f"an age of {age} frames")
+        self.assertGreater(self.eyes.difference(diagram, self.see_still(page, "#diagram")), 40, "no dot is marked")
+        self.assertGreater(self.eyes.difference(plane, self.see_still(page)), 1000, "no hole is marked")
+
+        page.mouse.move(1, 1)
+        page.locator("#cycle").wait_for(state="hidden")
+        self.assertLess(self.eyes.difference(diagram, self.see_still(page, "#diagram")), 10, "a dot is still marked")
+
+
+class WithGraphicsCard(WithoutGraphicsCard):
+    """The same, drawn by WebGL, on a card that is made believe."""
+
+    has_card = True
+    least_edges = 1500
+    flags = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+    # What the card is called, so that the page does not take it for what it is.
+    prelude = """
+        const ask = WebGL2RenderingContext.prototype.getParameter;
+        WebGL2RenderingContext.prototype.getParameter = function (name) {
+          return name === 0x9246 ? "a graphics card" : ask.call(this, name);
+        };
+    """
+
+    def test_a_card_that_is_lost_is_drawn_with_again_when_it_is_back(self) -> None:
+        _, producer, page = self.open_page(30, "--track", "view")
+        page.evaluate(
+            """() => {
+                const gl = document.getElementById("plane").getContext("webgl2");
+                window.card = gl.getExtension("WEBGL_lose_context");
+                window.card.loseContext();
+            }"""
+        )
+        self.wait_for(page, "state.frame > argument", producer.newest + 5)
+        page.evaluate("card.restoreContext()")
+        self.wait_for(page, "state.seen > argument", producer.newest + 10)
+        self.assert_drawn(page)
+
+
+def place_of(page: Page, vertices: list[tuple[float, float]], point: tuple[float, float]) -> dict[str, float]:
+    """Where in the plane a point is drawn, as long as nobody has moved the view: all points fit into it."""
+    box = page.locator("#plane").bounding_box()
+    assert box is not None
+    low = [min(vertex[axis] for vertex in vertices) for axis in (0, 1)]
+    high = [max(vertex[axis] for vertex in vertices) for axis in (0, 1)]
+    scale = min(box["width"] / (high[0] - low[0]), box["height"] / (high[1] - low[1])) / 1.1
+    x, y = [point[axis] - (low[axis] + high[axis]) / 2 for axis in (0, 1)]
+    return {"x": box["width"] / 2 + x * scale, "y": box["height"] / 2 - y * scale}
+
+
+def told(page: Page, what: str) -> float:
+    return float(page.inner_text(f"#cycle-{what}"))
+
+
+def rounded(value: float) -> float:
+    """To the four digits that the page tells."""
+    return float(f"{value:.4g}") if math.isfinite(value) else value
+
+
+if __name__ == "__main__":
+    unittest.main()
