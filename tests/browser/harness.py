@@ -46,6 +46,16 @@ class Ends(Protocol):
     def addCleanup(self, end: Any, *arguments: Any) -> None: ...  # noqa: N802, as tests have it
 
 
+class HasPage(Protocol):
+    """Whatever has a page."""
+
+    @property
+    def host(self) -> str: ...
+
+    @property
+    def url(self) -> str: ...
+
+
 class Daemon:
     """A daemon with a page, in a folder of its own, that ends with the test."""
 
@@ -200,7 +210,7 @@ class BrowserTest(unittest.TestCase):
         #: What the console may say all the same.
         self.tolerated = re.compile(r"(?!)")
 
-    def open(self, daemon: Daemon, fragment: str = "", **options: Any) -> Page:
+    def open(self, daemon: HasPage, fragment: str = "", **options: Any) -> Page:
         """Opens a daemon's page, and watches what it does until the test's end."""
         options = {"viewport": WIDE, **options}
         context = self.browser.new_context(**options)

@@ -12,6 +12,8 @@ const BOTTOM = 20;
 const SIDE = 10;
 /** Frames shown for each pixel of width. */
 const FRAMES_A_PIXEL = 0.5;
+/** So many frames at the least. */
+const FEWEST = 60;
 
 export class Lives {
   /** @param {HTMLCanvasElement} canvas */
@@ -27,7 +29,9 @@ export class Lives {
     if (!context) return;
     Object.assign(this, context);
     this.newest = newest;
-    this.span = Math.max(60, Math.round(this.width * FRAMES_A_PIXEL));
+    // What is young fills the width, until there is more of it than fits.
+    const oldest = [...lives.values()].reduce((first, life) => Math.min(first, life.from), newest);
+    this.span = Math.min(Math.max(FEWEST, newest - oldest), Math.max(FEWEST, Math.round(this.width * FRAMES_A_PIXEL)));
     const seen = [...lives.values()].filter((life) => (life.to ?? newest) >= newest - this.span);
     this.lay(seen);
     for (const life of seen) this.drawLife(life, hit);

@@ -1,0 +1,55 @@
+"""What the demo says to open shows the demo, from its first frames to its end."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import unittest
+from urllib.parse import urlsplit
+
+from harness import HOPES_BIN, PATIENCE, BrowserTest, Ends
+
+
+class Demo:
+    """A demo that has said what to open, and ends with the test."""
+
+    def __init__(self, test: Ends, *options: str) -> None:
+        command = [HOPES_BIN, "demo", "--view", "127.0.0.1:0", *options]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        test.addCleanup(self.process.communicate)
+        test.addCleanup(self.process.kill)
+        assert self.process.stdout is not None
+        first = self.process.stdout.readline()
+        found = re.search(r"^open (http://\S+) in a browser", first)
+        assert found, f"{first!r} does not say what to open"
+        self.url = found[1]
+        self.host = urlsplit(self.url).netloc
+
+
+class DemoTest(BrowserTest):
+    def shown(self, *options: str) -> None:
+        # The browser itself says that it cannot connect, and a page cannot keep it from that.
+        self.tolerated = re.compile(r"WebSocket connection to '\S+' failed")
+        demo = Demo(self, *options)
+        page = self.open(demo)
+        self.wait_for(page, "state.stream === 'demo' && state.seen > 10 && state.tracks > 0")
+        picture = self.see(page)
+        self.assertGreater(picture.point, 300)
+        self.assertGreater(picture.tinted, 300)
+        demo.process.send_signal(signal.SIGINT)
+        out, log = demo.process.communicate(timeout=PATIENCE)
+        self.assertEqual((demo.process.returncode, log), (0, ""))
+        self.assertRegex(out, r"track 1 is born: at \(")
+        self.assertTrue(out.endswith("\nSIGINT\n"), out)
+        page.locator("body[data-state=gone]").wait_for()
+
+    def test_a_scene_is_shown(self) -> None:
+        self.shown()
+
+    def test_the_film_is_shown(self) -> None:
+        self.shown("--video", "--rate", "20")
+
+
+if __name__ == "__main__":
+    unittest.main()
