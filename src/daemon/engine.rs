@@ -188,8 +188,9 @@ impl Engine {
                 }
                 if end {
                     self.close_last_frame()?;
-                    // Whoever is told that it is over must not find it open still.
+                    // Whoever is told that it is over must not find it open still, nor in the way of another.
                     self.stream.inbox.close();
+                    self.hub.forget(&self.stream);
                     self.is_over = true;
                 }
                 if let Origin::Peer { channel, .. } = &origin {

@@ -342,12 +342,8 @@ impl Hub {
                 seat.close(stream.stats.frame(), ENDED);
             }
         }
-        let mut state = self.lock();
-        if state.streams.get(&stream.name).is_some_and(|current| Arc::ptr_eq(current, stream)) {
-            state.streams.remove(&stream.name);
-        }
-        let subscriptions = state.subscriptions.clone();
-        drop(state);
+        self.forget(stream);
+        let subscriptions = self.lock().subscriptions.clone();
         // Whoever has come too late for the engine, or has not been told by it, is told here.
         let reason = result.as_ref().map_or_else(ToString::to_string, |()| ENDED.to_owned());
         subscriptions.iter().for_each(|subscription| subscription.stream_ended(stream, &reason));
@@ -364,6 +360,14 @@ impl Hub {
         stream.stats.memory.store(0, Ordering::Relaxed);
         // Nobody listens any more once the daemon is ending.
         let _ = self.ended.send(Ended { stream: Arc::clone(stream), result });
+    }
+
+    /// Lets go of a stream that takes nothing more: its name is free, and so is its place among so many.
+    pub fn forget(&self, stream: &Arc<Stream>) {
+        let mut state = self.lock();
+        if state.streams.get(&stream.name).is_some_and(|current| Arc::ptr_eq(current, stream)) {
+            state.streams.remove(&stream.name);
+        }
     }
 
     /// Seats a subscription before all streams that it matches, now and later.
