@@ -92,13 +92,13 @@ impl Tracking {
     }
 
     /// The frame that was looked at last, with cycles.
-    pub fn again(&mut self, pipeline: &Pipeline, before: &TrackFrame) -> TrackFrame {
+    pub fn again(&mut self, pipeline: &mut Pipeline, before: &TrackFrame) -> TrackFrame {
         self.frame(pipeline, before.frame, before.time, before.events.clone(), true)
     }
 
     fn frame(
         &mut self,
-        pipeline: &Pipeline,
+        pipeline: &mut Pipeline,
         frame: u64,
         time: Option<f64>,
         events: Vec<wire::TrackEvent>,
@@ -120,7 +120,7 @@ impl Tracking {
     }
 
     /// Finds the cycles of all that are alive; those that are not there in the frame have none. Gives the memory that new ones take.
-    fn look_at_cycles(&mut self, pipeline: &Pipeline) -> usize {
+    fn look_at_cycles(&mut self, pipeline: &mut Pipeline) -> usize {
         let mut bytes = 0;
         let regions: HashMap<u64, Region> =
             pipeline.track_regions(&self.tracker).into_iter().map(|(id, region)| (id.0, region)).collect();

@@ -48,6 +48,7 @@ mod gaps;
 mod geometry;
 mod held;
 mod hole;
+mod kept_regions;
 mod merge;
 mod mesh;
 mod parts;

@@ -20,6 +20,7 @@ use super::filtration::Filtration;
 use super::follow::{Follower, Step};
 use super::held::{HeldTiles, HeldWhole};
 use super::hole;
+use super::kept_regions::KeptRegions;
 use super::mesh::Mesh;
 use super::ranking::Ranking;
 use super::reduction::Link;
@@ -123,6 +124,8 @@ pub struct Pipeline {
     /// The triangulation and the basins of the last frame that was computed as a whole; the next one is computed in their memory.
     mesh: Mesh,
     basins: Basins,
+    /// Regions of holes that somebody has asked for in the frame before, as far as they still are what they were.
+    regions: KeptRegions,
     leaf: usize,
     /// Whether changes are followed in tiles whatever the effort.
     is_for_tiles_only: bool,
@@ -149,6 +152,7 @@ impl Pipeline {
             is_followed: false,
             mesh: Mesh::default(),
             basins: Basins::default(),
+            regions: KeptRegions::default(),
             leaf: LEAF,
             is_for_tiles_only: false,
             computed: 0,
@@ -272,21 +276,21 @@ impl Pipeline {
         self.reach();
         let sightings = self.sight(tracker);
         let at = At { number: self.reached, time: self.time };
-        Some(tracker.advance(at, sightings, |sighting| self.region(sighting)))
+        let Self { regions, cloud, delaunay, .. } = self;
+        Some(
+            tracker.advance(at, sightings, |sighting| regions.get(sighting, || find_region(cloud, delaunay, sighting))),
+        )
     }
 
     /// The regions that the holes of a tracker's tracks take up at their births, by id; without those that are not there in the newest frame. Takes time in proportion to
-    /// the regions.
-    pub fn track_regions(&self, tracker: &Tracker) -> Vec<(TrackId, Region)> {
+    /// the regions that something has touched since they were asked for in the frame before, and to all that were not.
+    pub fn track_regions(&mut self, tracker: &Tracker) -> Vec<(TrackId, Region)> {
         if tracker.frame() != self.reached {
             return Vec::new();
         }
-        tracker.seen().map(|(id, sighting)| (id, self.region(sighting))).collect()
-    }
-
-    fn region(&self, sighting: &Sighting) -> Region {
-        let walks = hole::boundary(&self.delaunay, sighting.name, sighting.edge);
-        Region::new(walks.unwrap_or_default(), |slot| self.cloud.id(slot))
+        let Self { regions, cloud, delaunay, .. } = self;
+        let mut region = |sighting| regions.get(sighting, || find_region(cloud, delaunay, sighting));
+        tracker.seen().map(|(id, sighting)| (id, region(sighting))).collect()
     }
 
     /// What a tracker looks at.
@@ -396,6 +400,7 @@ impl Pipeline {
         let mut guide = Guide::new(self.tiles.as_ref().filter(|_| is_for_tiles), &mut self.dirt);
         let by = if is_for_tiles { Update::Stepwise } else { Delaunay::faster(&self.cloud, &change) };
         let update = self.delaunay.apply_by(by, &self.cloud, &change, &mut guide);
+        self.disturb_regions(&change, update);
         let told = self.is_followed.then(|| Change::of_cloud(self.reached, &self.cloud, &change));
         self.reached = self.committed;
         self.computed += 1;
@@ -422,6 +427,20 @@ impl Pipeline {
                 told.map(|told| told.with_trees(&old.unwrap_or(Tree::Empty), &self.tree()))
             }
         };
+    }
+
+    /// Lets go of regions that a change may have changed.
+    fn disturb_regions(&mut self, change: &CloudChange, update: Update) {
+        let Self { regions, cloud, .. } = self;
+        match update {
+            // So much has changed that hardly any region is untouched.
+            Update::Bulk => regions.clear(),
+            // A slot that was emptied in this change still says what it held.
+            Update::Stepwise => {
+                let slots = change.appeared.iter().chain(&change.vanished);
+                regions.disturb(&slots.map(|&slot| cloud.position(slot)).collect::<Vec<_>>());
+            }
+        }
     }
 
     /// Whether a change is worth being followed in tiles, rather than computed in one pass.
@@ -475,6 +494,16 @@ impl Pipeline {
         Arc::clone(self.whole.as_ref().expect("a frame that was reached is held"))
     }
 
+    #[cfg(test)]
+    pub(super) fn forget_regions(&mut self) {
+        self.regions.clear();
+    }
+
+    #[cfg(test)]
+    pub(super) fn kept_regions(&self) -> usize {
+        self.regions.count()
+    }
+
     /// Levels of tiles below the whole cloud. For tests.
     #[doc(hidden)]
     pub fn tile_depth(&self) -> usize {
@@ -500,6 +529,12 @@ impl Pipeline {
             }
         }
     }
+}
+
+/// The region of a hole, if it is there.
+fn find_region(cloud: &Cloud, delaunay: &Delaunay, sighting: &Sighting) -> Option<Region> {
+    let walks = hole::boundary(delaunay, sighting.name, sighting.edge)?;
+    Some(Region::new(walks, |slot| cloud.id(slot)))
 }
 
 #[cfg(test)]

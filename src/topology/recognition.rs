@@ -50,7 +50,7 @@ pub fn recognize(
     known: &[Known<'_>],
     sightings: &[Sighting],
     is_selected: &[bool],
-    find_region: impl Fn(&Sighting) -> Region,
+    find_region: impl FnMut(&Sighting) -> Region,
 ) -> Vec<Option<(usize, By)>> {
     let (own, is_taken) = (vec![None; known.len()], vec![false; sightings.len()]);
     let mut search = Search { known, sightings, is_selected, own, is_taken };
@@ -126,7 +126,7 @@ impl Search<'_> {
     }
 
     /// The same where each one's region holds the other's centre.
-    fn pairs_inside(&self, find_region: impl Fn(&Sighting) -> Region) -> Vec<Pair> {
+    fn pairs_inside(&self, mut find_region: impl FnMut(&Sighting) -> Region) -> Vec<Pair> {
         let mut pairs = Vec::new();
         let mut regions: HashMap<usize, Region> = HashMap::new();
         for (track, known) in self.known.iter().enumerate().filter(|&(track, _)| self.own[track].is_none()) {

@@ -1,7 +1,9 @@
 //! The region that a hole takes up at its birth, as it is kept from frame to frame.
 //!
-//! In: the walks around a hole. Out: a [`Region`]: its boundary, its area, whether a point lies in it or near it. Invariants: it depends on positions alone, bit for
+//! In: the walks around a hole. Out: a [`Region`]: its boundary, its area, whether a point lies in it or near it, or can change it. Invariants: it depends on positions alone, bit for
 //! bit. Must not know: tracks, frames, the triangulation.
+
+use std::sync::Arc;
 
 use super::cloud::VertexId;
 use super::hole::Walks;
@@ -13,10 +15,13 @@ pub type BoundaryVertex = (VertexId, Position);
 /// The region that a hole takes up at its birth.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
-    boundary: Vec<Vec<BoundaryVertex>>,
+    /// Shared by those who keep it.
+    boundary: Arc<Vec<Vec<BoundaryVertex>>>,
     area: f64,
     /// Opposite corners of a box around it.
     bounds: [[f64; 2]; 2],
+    /// The same of a box around the circles that have the edges of its boundary as diameters.
+    reach: [[f64; 2]; 2],
 }
 
 impl Region {
@@ -24,15 +29,15 @@ impl Region {
     pub(super) fn new(walks: Walks, id: impl Fn(u32) -> VertexId) -> Self {
         let named = |walk: Vec<(Position, u32)>| walk.into_iter().map(|(at, slot)| (id(slot), at)).collect();
         let boundary: Vec<Vec<BoundaryVertex>> = walks.into_iter().map(named).collect();
-        let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-        for (_, position) in boundary.iter().flatten() {
-            for (axis, value) in position.xy().into_iter().enumerate() {
-                bounds[0][axis] = bounds[0][axis].min(value);
-                bounds[1][axis] = bounds[1][axis].max(value);
-            }
+        let (mut bounds, mut reach) = (NOTHING, NOTHING);
+        for [a, b] in boundary.iter().flat_map(|walk| steps(walk)) {
+            let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+            let radius = 0.5 * (b[0] - a[0]).hypot(b[1] - a[1]) * (1.0 + MARGIN);
+            widen(&mut bounds, a, 0.0);
+            widen(&mut reach, middle, radius);
         }
         let area = boundary.iter().map(|walk| area(walk)).sum();
-        Self { boundary, area, bounds }
+        Self { boundary: Arc::new(boundary), area, bounds, reach }
     }
 
     /// Closed walks around it, each without its first vertex at the end: the outer one counter-clockwise, then those around islands in it, clockwise. The outer walk
@@ -58,9 +63,14 @@ impl Region {
 
     /// Whether a point lies in it.
     pub fn contains(&self, point: [f64; 2]) -> bool {
-        let [low, high] = self.bounds;
-        (0..2).all(|axis| low[axis] <= point[axis] && point[axis] <= high[axis])
-            && self.boundary.iter().map(|walk| winding(point, walk)).sum::<i32>() != 0
+        is_within(self.bounds, point) && self.boundary.iter().map(|walk| winding(point, walk)).sum::<i32>() != 0
+    }
+
+    /// Whether a vertex that comes or goes there may change it. Nothing elsewhere does, as long as the dot is named by the same triangle and edge: a vertex in the
+    /// circumcircle of one of its triangles is in that of the last one before the boundary on the way there, or within; that one does not flow across the boundary, so what
+    /// lies of its circle beyond an edge is in the circle around that edge; and only a vertex in there could make what is beyond flow in.
+    pub(super) fn is_touched(&self, vertex: Position) -> bool {
+        is_within(self.reach, vertex.xy())
     }
 
     /// Whether a point is no farther from the box around it than half of the box' sides.
@@ -73,6 +83,24 @@ impl Region {
                 low[axis] - margin <= point[axis] && point[axis] <= high[axis] + margin
             })
     }
+}
+
+/// A box around nothing.
+const NOTHING: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+
+/// Circles are rounded; what is said of them is said of ones that are larger by this share of the radius.
+const MARGIN: f64 = 1e-6;
+
+/// Makes room in a box for a square around a point.
+fn widen([low, high]: &mut [[f64; 2]; 2], point: [f64; 2], half_side: f64) {
+    for axis in 0..2 {
+        low[axis] = low[axis].min(point[axis] - half_side);
+        high[axis] = high[axis].max(point[axis] + half_side);
+    }
+}
+
+fn is_within([low, high]: [[f64; 2]; 2], point: [f64; 2]) -> bool {
+    (0..2).all(|axis| low[axis] <= point[axis] && point[axis] <= high[axis])
 }
 
 fn steps(walk: &[BoundaryVertex]) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
@@ -125,5 +153,13 @@ mod tests {
             assert_eq!(region.is_near(point), is_near, "{point:?}");
         }
         assert!(!Region::default().is_near([0.0, 0.0]));
+    }
+
+    #[test]
+    fn what_touches_a_region_is_near_its_boundary_or_inside() {
+        let region = square_with_island();
+        for ([x, y], touches) in [([2.0, -2.0], true), ([2.0, 2.0], true), ([2.0, -2.1], false), ([6.1, 2.0], false)] {
+            assert_eq!(region.is_touched(Position::new(x, y).unwrap()), touches, "{x}, {y}");
+        }
     }
 }

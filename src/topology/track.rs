@@ -256,11 +256,11 @@ impl Tracker {
         &mut self,
         at: At,
         sightings: Sightings,
-        find_region: impl Fn(&Sighting) -> Region,
+        mut find_region: impl FnMut(&Sighting) -> Region,
     ) -> TrackStep {
         let Sightings { all, is_selected, left_out } = sightings;
         let known: Vec<Known<'_>> = self.lives.iter().map(|life| life.known(at.number)).collect();
-        let own = recognize(&known, &all, &is_selected, &find_region);
+        let own = recognize(&known, &all, &is_selected, &mut find_region);
         let mut is_new = is_selected.clone();
         own.iter().flatten().for_each(|&(place, _)| is_new[place] = false);
         let newcomers: Vec<usize> = (0..all.len()).filter(|&place| is_new[place]).collect();
@@ -274,18 +274,18 @@ impl Tracker {
         }
         self.frame = at.number;
         for (&place, before) in newcomers.iter().zip(before) {
-            let parent = before.or_else(|| self.holds_now(all[place].hole, &find_region));
+            let parent = before.or_else(|| self.holds_now(all[place].hole, &mut find_region));
             self.lives.push(Life::new(self.next_key, at.number, all[place].clone(), parent));
             self.next_key += 1;
         }
-        let events = self.tell(at, &find_region);
-        self.look_in_turn(&find_region);
+        let events = self.tell(at, &mut find_region);
+        self.look_in_turn(&mut find_region);
         let alive = self.announced().map(|life| life.track).collect();
         TrackStep { number: at.number, time: at.time, events, alive, left_out }
     }
 
     /// Looks at the regions that were not looked at for the longest time. A large one has to wait until enough has been saved up for it.
-    fn look_in_turn(&mut self, find_region: &impl Fn(&Sighting) -> Region) {
+    fn look_in_turn(&mut self, find_region: &mut impl FnMut(&Sighting) -> Region) {
         let frame = self.frame;
         let is_due = |life: &&mut Life| life.is_there() && life.shaped < frame;
         let mut due: Vec<&mut Life> = self.lives.iter_mut().filter(is_due).collect();
@@ -306,7 +306,7 @@ impl Tracker {
     }
 
     /// The same among those that are there, as they are now.
-    fn holds_now(&mut self, hole: Hole, find_region: &impl Fn(&Sighting) -> Region) -> Option<u64> {
+    fn holds_now(&mut self, hole: Hole, find_region: &mut impl FnMut(&Sighting) -> Region) -> Option<u64> {
         let (frame, point) = (self.frame, hole.center);
         let is_near = |life: &&mut Life| {
             let is_small = hole.radius < SUBSTANTIAL * life.track.hole.radius;
@@ -318,7 +318,7 @@ impl Tracker {
     }
 
     /// What has happened, in order of ids.
-    fn tell(&mut self, at: At, find_region: &impl Fn(&Sighting) -> Region) -> Vec<TrackEvent> {
+    fn tell(&mut self, at: At, find_region: &mut impl FnMut(&Sighting) -> Region) -> Vec<TrackEvent> {
         let TrackOptions { confirm, miss, delta, .. } = self.options;
         // Who was never announced goes without a word.
         self.lives.retain(|life| life.is_announced || life.missed == 0 && life.track.is_selected);
@@ -439,7 +439,7 @@ impl Life {
     }
 
     /// Looks at its region, unless that was done in this frame.
-    fn shape(&mut self, frame: u64, find_region: &impl Fn(&Sighting) -> Region) {
+    fn shape(&mut self, frame: u64, find_region: &mut impl FnMut(&Sighting) -> Region) {
         if self.shaped < frame {
             self.region = find_region(&self.sighting);
             self.track.area = self.region.area();
