@@ -1,10 +1,9 @@
-//! What must not change a skeleton: the order of arrival, the number of threads, and (Proposition 8) isometries and scalings of the plane.
+//! What must not change a skeleton: the order of arrival, and (Proposition 8) isometries and scalings of the plane.
 
 mod common;
 
 use common::by_position::{ByPosition, in_order};
 use common::clouds::{Ground, Point, cases, clouds, clouds_on, distinct, shuffled};
-use common::random::Random;
 use common::skeleton_of;
 use hopes::topology::Skeleton;
 use proptest::prelude::*;
@@ -26,32 +25,6 @@ proptest! {
     fn duplicates_do_not_matter(cloud in clouds(0..80)) {
         let doubled = [cloud.clone(), cloud.clone()].concat();
         by_position(&doubled).assert_same(&by_position(&distinct(&cloud)));
-    }
-}
-
-/// Clouds so large that work on them is shared out: without ties, with nothing but ties, and with some.
-fn large_clouds() -> [(&'static str, Vec<Point>); 4] {
-    let mut random = Random::new(5);
-    let mut unit = || random.unit();
-    let anywhere: Vec<Point> = (0..20_000).map(|_| [unit(), unit()]).collect();
-    let lattice = (0..22_500).map(|at| [f64::from(at % 150), f64::from(at / 150)]).collect();
-    let pixels = (0..30_000).map(|_| [(unit() * 200.0).floor(), (unit() * 200.0).floor()]).collect();
-    let ring = |at: u32| {
-        let (angle, radius) = (f64::from(at), 1.0 + 0.1 * unit());
-        [radius * angle.cos(), radius * angle.sin()]
-    };
-    [("anywhere", anywhere), ("lattice", lattice), ("pixels", pixels), ("ring", (0..20_000).map(ring).collect())]
-}
-
-#[test]
-fn the_number_of_threads_does_not_matter() {
-    for (name, cloud) in large_clouds() {
-        let [alone, two, five] = [1, 2, 5].map(|threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| skeleton_of(&cloud))
-        });
-        assert!(alone.dots().len() + alone.tree().len() > 10_000, "{name} is no test");
-        assert!(two == alone && five == alone, "{name}");
     }
 }
 

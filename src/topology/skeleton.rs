@@ -78,8 +78,11 @@ impl PartialEq for Skeleton {
 impl Skeleton {
     /// Computes the skeleton of a cloud's vertices as of its last commit, which are the sites of the mesh, from the links between its basins.
     pub fn new(cloud: &Cloud, mesh: &Mesh, basins: &Basins, links: Vec<Link>) -> Self {
-        let (reduction, (vertices, rank)) =
-            both(|| reduce(&Dual::new(mesh, basins), basins.count(), &links), || ranked_vertices(cloud, mesh));
+        let (reduction, (vertices, rank)) = both(
+            links.len(),
+            || reduce(&Dual::new(mesh, basins), basins.count(), &links),
+            || ranked_vertices(cloud, mesh),
+        );
         let edge_of = |edge: u32| {
             let [a, b] = mesh.edges()[edge as usize].ends.map(|site| rank[site as usize]);
             [a.min(b), a.max(b)]
@@ -99,7 +102,7 @@ impl Skeleton {
             }));
             found
         };
-        let (tree, found) = both(sorted_tree, dots);
+        let (tree, found) = both(links.len(), sorted_tree, dots);
         Self { vertices, tree, found, dots: OnceLock::new() }
     }
 

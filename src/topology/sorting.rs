@@ -120,6 +120,7 @@ fn sort_halves(keyed: &mut Vec<(u32, u32)>) {
     sample.sort_unstable();
     let middle = sample[sample.len() / 2];
     let mut upper = Vec::with_capacity(keyed.len() / 2);
+    let length = keyed.len();
     keyed.retain(|&item| {
         let is_lower = item.0 < middle;
         if !is_lower {
@@ -127,7 +128,7 @@ fn sort_halves(keyed: &mut Vec<(u32, u32)>) {
         }
         is_lower
     });
-    both(|| sort_by_key(keyed, |&(key, _)| key), || sort_by_key(&mut upper, |&(key, _)| key));
+    both(length, || sort_by_key(keyed, |&(key, _)| key), || sort_by_key(&mut upper, |&(key, _)| key));
     keyed.append(&mut upper);
 }
 
