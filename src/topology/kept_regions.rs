@@ -51,6 +51,11 @@ impl KeptRegions {
         });
     }
 
+    /// Whether nothing is kept.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     #[cfg(test)]
     pub fn count(&self) -> usize {
         self.0.len()

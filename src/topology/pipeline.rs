@@ -433,6 +433,8 @@ impl Pipeline {
     fn disturb_regions(&mut self, change: &CloudChange, update: Update) {
         let Self { regions, cloud, .. } = self;
         match update {
+            // Most streams are not tracked: their frames pay nothing for this.
+            _ if regions.is_empty() => {}
             // So much has changed that hardly any region is untouched.
             Update::Bulk => regions.clear(),
             // A slot that was emptied in this change still says what it held.

@@ -1,6 +1,7 @@
 """Whether the page's memory stays bounded on a stream that runs for long. For people; no test runs it.
 
-In: minutes and a scene on the command line, and what `harness` takes. Out: a line every half minute with the JS heap after
+In: minutes and a scene on the command line, and what `harness` takes. Out: a line every half minute with the frame, frames
+drawn a second, how many the picture is behind the producer, the JS heap after
 a collection of garbage, buffers outside of it, nodes of the document and the memory of the browser's page processes; exit
 code 1 where any of them has grown by more than its bound from minute 2 on.
 Invariants: what is held on purpose (the last frames to step back to, the lives of tracks) has reached its limits before
@@ -41,6 +42,9 @@ class Sample:
 
     minutes: float
     frame: int
+    #: Frames drawn a second, and how many the picture is behind the producer.
+    drawn: float
+    behind: int
     heap: float
     buffers: float
     nodes: float
@@ -51,21 +55,24 @@ class Sample:
 
     def __str__(self) -> str:
         return (
-            f"{self.minutes:7.1f} {self.frame:7} {self.heap:9.1f} {self.buffers:12.1f} {self.nodes:6.0f} {self.resident:9.0f}"
+            f"{self.minutes:7.1f} {self.frame:7} {self.drawn:7.1f} {self.behind:6} {self.heap:9.1f}"
+            f" {self.buffers:12.1f} {self.nodes:6.0f} {self.resident:9.0f}"
         )
 
 
-HEAD = "minutes   frame  heap MiB  buffers MiB  nodes  RSS MiB"
+HEAD = "minutes   frame drawn/s behind  heap MiB  buffers MiB  nodes  RSS MiB"
 
 
-def take(browser: Browser, page: Page, session: CDPSession, since: float) -> Sample:
+def take(browser: Browser, page: Page, session: CDPSession, producer: Producer, since: float) -> Sample:
+    # Before the garbage is collected, which stops the page.
+    newest, state = producer.newest, page.evaluate("hopes.state()")
+    drawn, behind = state["drawn"], max(0, newest - (state["seen"] or 0))
     session.send("HeapProfiler.collectGarbage")
     usage = session.send("Runtime.getHeapUsage")
     nodes = session.send("Memory.getDOMCounters")["nodes"]
-    frame = page.evaluate("hopes.state().frame")
     minutes = (time.monotonic() - since) / 60
     buffers = usage.get("backingStorageSize", 0) / MIB
-    return Sample(minutes, frame, usage["usedSize"] / MIB, buffers, nodes, resident(browser))
+    return Sample(minutes, state["frame"], drawn, behind, usage["usedSize"] / MIB, buffers, nodes, resident(browser))
 
 
 def resident(browser: Browser) -> float:
@@ -94,7 +101,7 @@ def follow(minutes: float, scene: str, points: int) -> list[Sample]:
             print(HEAD, flush=True)
             while not samples or samples[-1].minutes < minutes:
                 page.wait_for_timeout(1000 * max(0.0, since + EVERY * len(samples) - time.monotonic()))
-                samples.append(take(browser, page, session, since))
+                samples.append(take(browser, page, session, producer, since))
                 print(samples[-1], flush=True)
             return samples
 
