@@ -4,7 +4,9 @@
 //! refused under `--strict`. Stdout carries data, stderr carries logs. Must not know: geometry; what a subcommand does.
 
 mod cli;
+mod client;
 mod daemon;
+mod formats;
 mod view;
 
 use std::process::ExitCode;

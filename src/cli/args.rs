@@ -10,7 +10,7 @@ use hopes::topology::{TrackOptions, TrackRule, ViewSpec, Window};
 use hopes_protocol as wire;
 
 use super::Failure;
-use super::follow::Subscription;
+use crate::client::follow::Subscription;
 use crate::daemon::{self, Address};
 
 /// Which part of the skeleton is shown.

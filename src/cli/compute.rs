@@ -13,11 +13,12 @@ use clap::{Args, ValueEnum};
 use hopes::topology::{Frame, Options, Pipeline, Simplified, View, ViewSpec, simplify};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::Failure;
 use super::args::{ViewArgs, resolution, scale};
-use super::formats::{Answer, OutputFormat};
 use super::source::Source;
-use super::{Columns, Failure, Format};
-use crate::daemon::Complaints;
+use crate::daemon::InputErrors;
+use crate::formats::input::{Columns, Format};
+use crate::formats::skeleton::{Answer, OutputFormat};
 
 /// Compute the skeleton of a file of points, once.
 ///
@@ -78,8 +79,8 @@ impl Compute {
             return Err(Failure::Usage("--simplify with --full needs a radius: --simplify=RADIUS"));
         }
         let progress = self.progress();
-        let mut complaints = Complaints::new(self.strict);
-        let (frame, points) = self.compute(&progress, &mut complaints)?;
+        let mut input_errors = InputErrors::new(self.strict);
+        let (frame, points) = self.compute(&progress, &mut input_errors)?;
         let view = frame.view(self.view.spec());
         let simplified = self.simplified(&frame, &view);
         let answer = Answer {
@@ -88,10 +89,10 @@ impl Compute {
             view: &view,
             simplified: simplified.as_ref().map(|(threshold, simplified)| (*threshold, simplified)),
             duplicates: points - frame.skeleton.vertices().len() as u64,
-            rejected: complaints.count(),
+            rejected: input_errors.count(),
         };
         progress.set_message("writing");
-        complaints.sum_up();
+        input_errors.sum_up();
         self.write(&answer)?;
         progress.finish_and_clear();
         // The process ends here: giving back every page of a large skeleton first would only take time.
@@ -113,7 +114,7 @@ impl Compute {
         ProgressBar::new(length).with_style(style).with_message("reading points")
     }
 
-    fn compute(&self, progress: &ProgressBar, complaints: &mut Complaints) -> Result<(Arc<Frame>, u64), Failure> {
+    fn compute(&self, progress: &ProgressBar, input_errors: &mut InputErrors) -> Result<(Arc<Frame>, u64), Failure> {
         let mut pipeline = Pipeline::new(Options { resolution: self.resolution, ..Options::default() });
         let source = Source {
             file: self.file.clone(),
@@ -125,7 +126,7 @@ impl Compute {
             columns: self.columns.clone(),
             resolution: self.resolution,
         };
-        source.feed(&mut pipeline, complaints, progress)?;
+        source.feed(&mut pipeline, input_errors, progress)?;
         progress.set_message("computing the skeleton");
         progress.enable_steady_tick(std::time::Duration::from_millis(100));
         let points = pipeline.point_count();

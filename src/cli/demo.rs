@@ -28,14 +28,15 @@ use indicatif::ProgressBar;
 
 use super::Failure;
 use super::args::rate;
-use super::delivery::Delivery;
-use super::follow::{SOFTWARE, Subscription, follow_until};
 use super::scene::kind;
 use super::serve::host_and_port;
-use super::show::{Output, Show};
+use crate::client::delivery::Delivery;
+use crate::client::follow::{SOFTWARE, Subscription, follow_until};
+use crate::client::{Client, Timeouts};
 use crate::daemon::{
-    self, Address, Client, Door, Guests, Limits, ListenError, Overload, Settings, Stop, StreamSettings, Timeouts,
+    self, Address, HttpAccess, Limits, ListenError, Overload, Settings, StartHttp, Stop, StreamSettings,
 };
+use crate::formats::messages::{Output, Show};
 use crate::view::{Page, Place};
 use cast::{Cast, Role};
 use programme::Programme;
@@ -148,14 +149,14 @@ impl Stage {
         &'scope self,
         scope: &'scope Scope<'scope, '_>,
         cast: &mut Cast<'scope>,
-        opened: &Receiver<Guests>,
+        opened: &Receiver<HttpAccess>,
         signals: &mut Stop,
     ) -> Result<&'static str, Failure> {
         // A daemon that cannot open says why in the end.
-        let Ok(guests) = opened.recv() else { return Ok(OVER) };
+        let Ok(access) = opened.recv() else { return Ok(OVER) };
         cast.teller = Some(Role::start(scope, "teller", |stop| self.tell(stop))?);
         // Whoever is to tell all has to be there from the first frame on.
-        while !is_followed(&guests) {
+        while !is_followed(&access) {
             if let Some(reason) = cast.is_over(signals, SOON) {
                 return Ok(reason);
             }
@@ -168,14 +169,14 @@ impl Stage {
         }
     }
 
-    fn serve(&self, page: Page, opened: SyncSender<Guests>, stop: &Stop) -> Result<(), Failure> {
-        let door: Door = Box::new(move |guests| {
-            let closing = page.door()(guests.clone())?;
+    fn serve(&self, page: Page, opened: SyncSender<HttpAccess>, stop: &Stop) -> Result<(), Failure> {
+        let http: StartHttp = Box::new(move |access| {
+            let closing = page.http()(access.clone())?;
             // Whoever waits for this is there.
-            let _ = opened.send(guests);
+            let _ = opened.send(access);
             Ok(closing)
         });
-        Ok(daemon::run(self.settings(), None, None, Some(door), stop)?)
+        Ok(daemon::run(self.settings(), None, None, Some(http), stop)?)
     }
 
     fn settings(&self) -> Settings {
@@ -185,7 +186,6 @@ impl Stage {
             default_stream: StreamSettings::default(),
             view: self.view(),
             tracking: Some(TrackOptions::new(TrackRule::Above(self.programme.above()))),
-            lists_tracks: false,
             strict: false,
             check: false,
             threads: None,
@@ -237,6 +237,6 @@ impl Stage {
 }
 
 /// Whether anybody hears of the stream's frames.
-fn is_followed(guests: &Guests) -> bool {
-    guests.status().streams.iter().any(|stream| stream.info.consumers > 0)
+fn is_followed(access: &HttpAccess) -> bool {
+    access.status().streams.iter().any(|stream| stream.info.consumers > 0)
 }

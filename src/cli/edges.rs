@@ -5,12 +5,6 @@
 //! points slowly slows the reading, and a bounded number of frames is under way; a frame that was begun is finished on
 //! a signal. Must not know: how edges are found.
 
-mod files;
-mod finder;
-mod orientation;
-mod picture;
-mod video;
-
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -25,12 +19,13 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Failure;
 use super::args::{name, number, rate, window};
-use super::delivery::Delivery;
-use super::pace::Pace;
-use super::point_writer::{PointForm, PointWriter};
-use crate::daemon::{Address, Batch, Complaints, Input, Stop};
-use finder::{Finder, Found, InputForm};
-use video::{Range, Size};
+use crate::client::delivery::Delivery;
+use crate::client::pace::Pace;
+use crate::daemon::{Address, Batch, Input, InputErrors, Stop};
+use crate::formats::images::files;
+use crate::formats::images::finder::{Finder, Found, InputForm};
+use crate::formats::images::video::{Range, Size};
+use crate::formats::point_writer::{PointForm, PointWriter};
 
 /// Find the edges of pictures and video, as points.
 ///
@@ -207,7 +202,7 @@ impl Edges {
     ) -> Result<(), Failure> {
         let unwritten = || format!("cannot write to {sink_name}");
         let mut stop = Stop::listen().context("cannot listen to signals")?;
-        let mut complaints = Complaints::new(self.strict);
+        let mut input_errors = InputErrors::new(self.strict);
         let mut writer =
             PointWriter::new(self.format, BufWriter::with_capacity(1 << 16, sink)).with_context(unwritten)?;
         let mut pace = self.rate.map(Pace::new);
@@ -216,7 +211,7 @@ impl Edges {
         start(finder, files, progress, sender, |found, sender| sender.send(Ok(found)).is_ok(), Err)?;
         while let Some(found) = next(&results, &mut stop) {
             match found? {
-                Found::Bad(reason) => complaints.add(&reason)?,
+                Found::Bad(reason) => input_errors.add(&reason)?,
                 Found::Frame { points, time } => {
                     if let Some(pace) = &mut pace
                         && !wait_for(pace.next(), &mut stop)
@@ -234,8 +229,8 @@ impl Edges {
         if let Some(signal) = stop.asked() {
             tracing::info!("{signal}: stopped after {frames} frames");
         }
-        complaints.sum_up();
-        tracing::info!("{frames} frames, {} refused", complaints.count());
+        input_errors.sum_up();
+        tracing::info!("{frames} frames, {} refused", input_errors.count());
         Ok(())
     }
 }

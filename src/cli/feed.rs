@@ -1,6 +1,6 @@
 //! `hopes feed`: points of a file or a pipe, sent to a stream of a daemon.
 //!
-//! In: options; text, JSON lines, or the bytes of the protocol. Out: messages to a daemon; complaints about what it
+//! In: options; text, JSON lines, or the bytes of the protocol. Out: messages to a daemon; input errors about what it
 //! refuses. Invariants: one thread reads while others [deliver](super::delivery), with a bounded way between them;
 //! nobody waits for a reader that is blocked. Must not know: the skeleton; what is said on the way to a daemon.
 
@@ -13,11 +13,12 @@ use anyhow::Context;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::Failure;
 use super::args::{To, name, rate, resolution, window};
-use super::delivery::Delivery;
-use super::points::{Form, Place, Source};
-use super::{Columns, Failure, Format};
+use crate::client::delivery::Delivery;
 use crate::daemon::Input;
+use crate::formats::input::{Columns, Format};
+use crate::formats::points::{Form, Place, Source};
 
 /// Send points to a stream of a daemon.
 ///

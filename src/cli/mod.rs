@@ -3,31 +3,18 @@
 //! In: parsed arguments. Out: a subcommand run. Invariants: every option that takes a scale takes a radius; every help text has an
 //! example. Must not know: how frames are computed.
 
-mod aligned;
 mod args;
 mod compute;
-mod delivery;
 mod demo;
 mod edges;
 mod feed;
-mod follow;
-mod formats;
-mod input;
 mod network;
-mod pace;
-mod picture;
-mod point_writer;
-mod points;
-mod recheck;
 mod record;
-mod recording;
 mod replay;
 mod scene;
 mod serve;
-mod show;
 mod source;
 mod status;
-mod streams;
 mod tracks;
 mod watch;
 
@@ -35,7 +22,6 @@ use clap::{Parser, Subcommand};
 use tracing::Level;
 
 use crate::daemon::StrictStop;
-pub use input::{Columns, Format, Limits, Reader, Record};
 
 /// Live homologically persistent skeletons of 2D points.
 ///

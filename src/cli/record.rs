@@ -13,8 +13,8 @@ use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 
 use super::Failure;
 use super::args::FollowArgs;
-use super::follow::follow;
-use super::show::{Output, Show};
+use crate::client::follow::follow;
+use crate::formats::messages::{Output, Show};
 
 /// Record streams of a daemon to a file, for replay.
 ///

@@ -16,10 +16,10 @@ use hopes_protocol::{Elapsed, Message};
 
 use super::Failure;
 use super::args::rate;
-use super::recording::{Frames, Next, RecordingError};
-use super::show::{Output, Show};
-use super::streams::{Streams, Taken};
+use crate::client::mirrors::{Streams, Taken};
 use crate::daemon::Stop;
+use crate::formats::messages::{Output, Show};
+use crate::formats::recording::{Frames, Next, RecordingError};
 
 /// Play a recording again.
 ///

@@ -14,11 +14,13 @@ use hopes::topology::Options;
 use hopes_protocol::{Simplify, View};
 use indicatif::ProgressBar;
 
+use super::Failure;
 use super::args::{TrackArgs, ViewArgs, duration, resolution, window};
 use super::network::{Network, PLACES};
-use super::points::{Form, Place as Origin, Source as Points};
-use super::{Columns, Failure, Format};
-use crate::daemon::{self, BATCH, DaemonError, Feed, Input, OutputForm, Settings, Sink, Source, Stop, StreamSettings};
+use crate::daemon::{self, BATCH, DaemonError, Feed, Input, Settings, Sink, Source, Stop, StreamSettings};
+use crate::formats::frame_writer::{FrameForm, FrameWriter};
+use crate::formats::input::{Columns, Format};
+use crate::formats::points::{Form, Place as Origin, Source as Points};
 use crate::view::{Page, Place};
 
 /// Follow streams of points: from stdin to stdout, one JSON line a frame with what changed, or between sockets.
@@ -123,11 +125,7 @@ impl Serve {
         let alone = self.network.listen.is_empty();
         let input = self.input.or(alone.then(InputFormat::default));
         let output = self.output.or((alone && self.page.address.is_none()).then(OutputFormat::default));
-        let form = |output| match output {
-            OutputFormat::Jsonl => OutputForm::Lines,
-            OutputFormat::Bin => OutputForm::Binary,
-        };
-        let sink = output.map(|output| -> Sink { (form(output), Box::new(io::stdout())) });
+        let sink = output.map(|output| self.sink(output)).transpose()?;
         let columns = self.columns.clone();
         let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
         let allow_remote = self.network.allow_remote;
@@ -135,10 +133,19 @@ impl Serve {
         let place = |address: &String| Place { address: address.clone(), names: names.clone(), allow_remote };
         let page = address.as_ref().map(|address| Page::bind(place(address))).transpose()?;
         let stop = Stop::listen().context("cannot listen to signals")?;
-        match daemon::run(self.settings(), source, sink, page.map(Page::door), &stop) {
+        match daemon::run(self.settings(), source, sink, page.map(Page::http), &stop) {
             Err(DaemonError::Refused(stop)) => Err(stop.into()),
             other => Ok(other?),
         }
+    }
+
+    fn sink(&self, output: OutputFormat) -> Result<Sink, Failure> {
+        let form = match output {
+            OutputFormat::Jsonl => FrameForm::Lines,
+            OutputFormat::Bin => FrameForm::Binary,
+        };
+        let mut writer = FrameWriter::new(form, self.track_list, io::stdout()).context("cannot write frames")?;
+        Ok(Box::new(move |frame| writer.write(frame)))
     }
 
     fn settings(self) -> Settings {
@@ -150,7 +157,6 @@ impl Serve {
             },
             view: View { cut: daemon::cut(self.view.spec()), simplify: Simplify::No },
             tracking: self.tracks.options(self.view.spec()),
-            lists_tracks: self.track_list,
             strict: self.strict,
             check: self.check,
             threads: self.threads,

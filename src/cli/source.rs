@@ -1,6 +1,6 @@
 //! Points from a file or stdin into a pipeline.
 //!
-//! In: a [`Source`]. Out: a pipeline fed, complaints about what could not be used, in order of the lines. Invariants: one thread reads while
+//! In: a [`Source`]. Out: a pipeline fed, input errors about what could not be used, in order of the lines. Invariants: one thread reads while
 //! another takes in, with a bounded way between them; a reader that nobody listens to any more stops at its next point, and nobody waits
 //! for it. Must not know: what is computed of the points.
 
@@ -15,8 +15,9 @@ use anyhow::Context;
 use hopes::topology::{CoordinateError, Pipeline, Position, Refusal};
 use indicatif::ProgressBar;
 
-use super::{Columns, Failure, Format, Limits, Reader, Record};
-use crate::daemon::Complaints;
+use super::Failure;
+use crate::daemon::InputErrors;
+use crate::formats::input::{Columns, Format, Limits, Reader, Record};
 
 /// Where points come from.
 pub struct Source {
@@ -55,14 +56,14 @@ enum Found {
 }
 
 /// Nobody takes points any more.
-struct Unheard;
+struct Disconnected;
 
 impl Source {
     /// Reads all points into a pipeline.
     pub fn feed(
         self,
         pipeline: &mut Pipeline,
-        complaints: &mut Complaints,
+        input_errors: &mut InputErrors,
         progress: &ProgressBar,
     ) -> Result<(), Failure> {
         let (sender, receiver) = sync_channel(WAITING);
@@ -73,11 +74,11 @@ impl Source {
             .context("cannot start the reader's thread")?;
         for found in receiver {
             match found {
-                Found::Bad(reason) => complaints.add(&reason)?,
+                Found::Bad(reason) => input_errors.add(&reason)?,
                 Found::More(points) => pipeline.reserve(points),
                 Found::Points(batch) => {
                     for (index, refusal) in batch.feed(pipeline) {
-                        complaints.add(&refused(batch.points[index], batch.lines[index], &refusal))?;
+                        input_errors.add(&refused(batch.points[index], batch.lines[index], &refusal))?;
                     }
                 }
             }
@@ -99,12 +100,12 @@ impl Source {
                 Some(Record::Points { points, .. }) => self.send(&mut outbox, points, line, false),
                 Some(Record::Retract { points }) => self.send(&mut outbox, points, line, true),
                 Some(Record::Commit { .. } | Record::Blank | Record::Nothing) => Ok(()),
-                Some(Record::Bad(bad)) => outbox.complain(&bad),
+                Some(Record::Bad(bad)) => outbox.report_error(&bad),
             };
             let told = if line == SAMPLE { outbox.tell_more(reader.bytes_read(), length) } else { Ok(()) };
             // Nothing waits here while the source has nothing more to say.
             let flushed = if reader.is_ready() { Ok(()) } else { outbox.flush() };
-            if let Err(Unheard) = sent.and(told).and(flushed) {
+            if let Err(Disconnected) = sent.and(told).and(flushed) {
                 return Ok(());
             }
             if line % 65_536 == 0 {
@@ -113,11 +114,11 @@ impl Source {
         }
     }
 
-    fn send(&self, outbox: &mut Outbox, points: &[[f64; 2]], line: u64, retracts: bool) -> Result<(), Unheard> {
+    fn send(&self, outbox: &mut Outbox, points: &[[f64; 2]], line: u64, retracts: bool) -> Result<(), Disconnected> {
         for &point in points {
             match self.position(point) {
                 Ok(_) => outbox.add(point, line, retracts)?,
-                Err(error) => outbox.complain(&refused(point, line, &error))?,
+                Err(error) => outbox.report_error(&refused(point, line, &error))?,
             }
         }
         Ok(())
@@ -150,7 +151,7 @@ impl Source {
     }
 }
 
-/// Points of one kind on their way, in order with the complaints.
+/// Points of one kind on their way, in order with the input errors.
 struct Outbox<'a> {
     sender: &'a SyncSender<Found>,
     batch: Batch,
@@ -159,7 +160,7 @@ struct Outbox<'a> {
 }
 
 impl Outbox<'_> {
-    fn add(&mut self, point: [f64; 2], line: u64, retracts: bool) -> Result<(), Unheard> {
+    fn add(&mut self, point: [f64; 2], line: u64, retracts: bool) -> Result<(), Disconnected> {
         if self.batch.retracts != retracts || self.batch.points.len() == BATCH {
             self.flush()?;
             self.batch.retracts = retracts;
@@ -171,21 +172,21 @@ impl Outbox<'_> {
     }
 
     /// Tells what is to come if the rest of the file is like the lines before; only a guess, so it is held within bounds.
-    fn tell_more(&mut self, bytes: u64, length: u64) -> Result<(), Unheard> {
+    fn tell_more(&mut self, bytes: u64, length: u64) -> Result<(), Disconnected> {
         let more = length.saturating_sub(bytes) as f64 / bytes.max(1) as f64 * self.points as f64;
-        self.sender.send(Found::More((more as usize).min(FORESEEN))).map_err(|_| Unheard)
+        self.sender.send(Found::More((more as usize).min(FORESEEN))).map_err(|_| Disconnected)
     }
 
-    fn complain(&mut self, reason: &dyn Display) -> Result<(), Unheard> {
+    fn report_error(&mut self, reason: &dyn Display) -> Result<(), Disconnected> {
         self.flush()?;
-        self.sender.send(Found::Bad(reason.to_string())).map_err(|_| Unheard)
+        self.sender.send(Found::Bad(reason.to_string())).map_err(|_| Disconnected)
     }
 
-    fn flush(&mut self) -> Result<(), Unheard> {
+    fn flush(&mut self) -> Result<(), Disconnected> {
         if self.batch.points.is_empty() {
             return Ok(());
         }
-        self.sender.send(Found::Points(std::mem::take(&mut self.batch))).map_err(|_| Unheard)
+        self.sender.send(Found::Points(std::mem::take(&mut self.batch))).map_err(|_| Disconnected)
     }
 }
 

@@ -11,10 +11,10 @@ use hopes_protocol::{Message, Status as Numbers, StatusWanted, StreamStatus};
 use indicatif::{HumanBytes, HumanCount};
 
 use super::Failure;
-use super::aligned::{self, Column, numbers, words};
 use super::args::From;
-use super::follow::SOFTWARE;
-use crate::daemon::{Client, Timeouts};
+use crate::client::follow::SOFTWARE;
+use crate::client::{Client, Timeouts};
+use crate::formats::aligned::{self, Column, numbers, words};
 
 /// Show how a daemon is: its streams, who feeds and follows them, what was refused, dropped or late.
 #[derive(Debug, Args)]

@@ -5,12 +5,6 @@
 //!
 //! Data flows from `frame` (a line) to `lives` (what was), then to `table` and, through `order`, to `chart` (what is shown).
 
-mod chart;
-mod frame;
-mod lives;
-mod order;
-mod table;
-
 use std::fmt;
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
@@ -23,13 +17,13 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 
 use super::Failure;
-use super::input::{Line, Lines};
-use super::picture;
-use crate::daemon::{Complaints, Stop};
-use chart::{Axis, chart};
-use frame::{Fault, Said};
-use lives::Lives;
-use table::TableFormat;
+use crate::daemon::{InputErrors, Stop};
+use crate::formats::input::{Line, Lines};
+use crate::formats::picture;
+use crate::formats::tracks::chart::{Axis, chart};
+use crate::formats::tracks::frame::{self, Fault, Said};
+use crate::formats::tracks::lives::Lives;
+use crate::formats::tracks::table::TableFormat;
 
 /// Show the lives of tracks: a table of all of them, and a picture.
 ///
@@ -87,18 +81,18 @@ impl Tracks {
         });
         let picture = picture.transpose()?;
         let mut stop = Stop::listen().context("cannot listen to signals")?;
-        let mut reading = Reading { lives: Lives::default(), complaints: Complaints::new(self.strict), frames: 0 };
+        let mut reading = Reading { lives: Lives::default(), input_errors: InputErrors::new(self.strict), frames: 0 };
         reading.read(&start(source)?, &mut stop).map_err(|failure| failure.of(&name))?;
-        let Reading { lives, complaints, frames } = reading;
-        complaints.sum_up();
-        if frames == 0 && complaints.count() > 0 {
+        let Reading { lives, input_errors, frames } = reading;
+        input_errors.sum_up();
+        if frames == 0 && input_errors.count() > 0 {
             return Err(anyhow!("{name} has no frame: this must be what hopes serve --track has written").into());
         }
         if let Some((path, file)) = picture {
             self.draw(&lives, file).with_context(|| format!("cannot write {}", path.display()))?;
         }
         let mut stdout = BufWriter::with_capacity(1 << 16, io::stdout().lock());
-        self.format.write(&lives, complaints.count(), &mut stdout).context("cannot write to stdout")?;
+        self.format.write(&lives, input_errors.count(), &mut stdout).context("cannot write to stdout")?;
         Ok(())
     }
 
@@ -142,12 +136,12 @@ fn start(source: Box<dyn Read + Send>) -> anyhow::Result<Receiver<io::Result<Tak
 /// What was read so far.
 struct Reading {
     lives: Lives,
-    complaints: Complaints,
+    input_errors: InputErrors,
     /// Frames with tracks.
     frames: u64,
 }
 
-/// A complaint, with its line.
+/// A error, with its line.
 struct At<'a>(u64, &'a dyn fmt::Display);
 
 impl fmt::Display for At<'_> {
@@ -185,13 +179,13 @@ impl Reading {
             Ok(Said::Tracks(frame)) => {
                 self.frames += 1;
                 for contradiction in self.lives.take(&frame) {
-                    self.complaints.add(&At(line, &contradiction))?;
+                    self.input_errors.add(&At(line, &contradiction))?;
                 }
             }
             // Nothing of such a file would be of use.
             Ok(Said::Untracked) if self.frames == 0 => return Err(anyhow!("line {line}: {UNTRACKED}").into()),
-            Ok(Said::Untracked) => self.complaints.add(&At(line, &UNTRACKED))?,
-            Err(fault) => self.complaints.add(&At(line, &fault))?,
+            Ok(Said::Untracked) => self.input_errors.add(&At(line, &UNTRACKED))?,
+            Err(fault) => self.input_errors.add(&At(line, &fault))?,
         }
         Ok(())
     }

@@ -10,8 +10,8 @@ use indicatif::ProgressBar;
 
 use super::Failure;
 use super::args::FollowArgs;
-use super::follow::follow;
-use super::show::{Output, Show};
+use crate::client::follow::follow;
+use crate::formats::messages::{Output, Show};
 
 /// Follow streams of a daemon: a line a frame with what changed.
 ///

@@ -13,8 +13,8 @@ use hopes::topology::{Contradiction, Follower, Pipeline, VertexId, ViewSpec, Win
 use hopes_protocol as wire;
 
 use super::answer::{Answer, Problem};
-use super::complaints::Complaints;
 use super::inbox::{Batch, Input, Item, Origin};
+use super::input_errors::InputErrors;
 use super::seat::Control;
 use super::streams::{ENDED, Hub, Stream, lock};
 use super::tracks::TrackFrame;
@@ -29,7 +29,7 @@ const BYTES_OF_A_POINT: u64 = 40;
 
 /// What is told of a frame there.
 #[derive(Debug)]
-pub struct TapFrame {
+pub struct OutputFrame {
     /// What has changed in the view.
     pub diff: wire::Diff,
     /// What has happened to tracks, if they are followed.
@@ -42,7 +42,7 @@ pub struct Tap {
     /// What it shows.
     pub view: wire::View,
     /// Takes frames.
-    pub frames: Sender<TapFrame>,
+    pub frames: Sender<OutputFrame>,
     /// Whether the stream ends when nobody takes them any more.
     pub is_vital: bool,
 }
@@ -51,7 +51,7 @@ pub struct Tap {
 #[derive(Debug, Default)]
 pub struct Sources {
     /// Counts what stdin said that could not be used.
-    pub complaints: Complaints,
+    pub input_errors: InputErrors,
     /// Where all frames go.
     pub tap: Option<Tap>,
 }
@@ -63,7 +63,7 @@ pub struct Engine {
     settings: StreamSettings,
     is_checking: bool,
     pipeline: Pipeline,
-    complaints: Complaints,
+    input_errors: InputErrors,
     views: Views,
     tap: Option<(Tap, Eye)>,
     /// Refused since the last frame.
@@ -90,7 +90,7 @@ impl Engine {
         let views = Views::new(Arc::clone(&stream), hub.limits.history, hub.tracking);
         Self {
             pipeline: Pipeline::new(settings.options),
-            complaints: sources.complaints,
+            input_errors: sources.input_errors,
             tap: sources.tap.map(|tap| {
                 let eye = Eye::new(tap.view);
                 (tap, eye)
@@ -114,7 +114,7 @@ impl Engine {
         let ticks = self.settings.frame_every.map_or_else(never, tick);
         let worked = self.work(bell, requests, &ticks);
         self.stream.inbox.close();
-        self.complaints.sum_up();
+        self.input_errors.sum_up();
         worked?;
         requests.try_iter().for_each(|control| self.serve(control));
         let reason = if self.is_over { "a producer has ended the stream" } else { ENDED };
@@ -173,7 +173,7 @@ impl Engine {
                 if let Some(Err(refusal)) = time.map(|time| self.pipeline.feed_time(time)) {
                     self.rejected += 1;
                     if matches!(origin, Origin::Stdin) {
-                        self.complaints.add(&refusal)?;
+                        self.input_errors.add(&refusal)?;
                     }
                 }
                 self.close_frame(time.filter(|time| time.is_finite()))?;
@@ -198,9 +198,9 @@ impl Engine {
                     channel.close(self.pipeline.committed());
                 }
             }
-            Input::Unreadable(complaint) => {
+            Input::Unreadable(error) => {
                 (self.pending, self.rejected) = (true, self.rejected + 1);
-                self.complaints.add(&complaint)?;
+                self.input_errors.add(&error)?;
             }
             Input::Failed(reason) => return Err(DaemonError::Source(reason)),
         }
@@ -273,7 +273,7 @@ impl Engine {
                 self.rejected += 1;
                 if let Some(line) = batch.lines.get(index) {
                     let (x, y) = batch.positions[index];
-                    self.complaints.add(&format_args!("line {line}, point ({x}, {y}): {problem}"))?;
+                    self.input_errors.add(&format_args!("line {line}, point ({x}, {y}): {problem}"))?;
                 }
                 answer.refuse(index, &problem);
             }
@@ -319,7 +319,7 @@ impl Engine {
         let Some((tap, eye)) = &mut self.tap else { return };
         let Some(step) = eye.look(&mut self.pipeline) else { return };
         let diff = convert::diff(self.stream.number, tap.view, &step, rejected);
-        if tap.frames.send(TapFrame { diff, tracks }).is_err() {
+        if tap.frames.send(OutputFrame { diff, tracks }).is_err() {
             // Its reader has gone: for the writer to say why.
             (self.is_over, self.tap) = (tap.is_vital, None);
         }

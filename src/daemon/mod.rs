@@ -15,13 +15,12 @@
 mod address;
 mod answer;
 mod board;
-mod client;
-mod complaints;
 mod convert;
 mod engine;
-mod frame_line;
-mod guests;
+mod frame_times;
+mod http_access;
 mod inbox;
+mod input_errors;
 mod peer;
 mod seat;
 mod signals;
@@ -29,9 +28,8 @@ mod stop;
 mod streams;
 mod tracks;
 mod views;
-mod writer;
 
-use std::io::Write;
+use std::io;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::thread;
@@ -43,19 +41,18 @@ use hopes_protocol as wire;
 use thiserror::Error;
 
 pub use address::Address;
-pub use client::{Client, ClientError, Received, Receiving, Sending, Timeouts};
-pub use complaints::{Complaints, StrictStop};
 pub use convert::{cut, spec, wire_window};
+pub use engine::OutputFrame;
 use engine::{Sources, Tap};
-pub use frame_line::{FrameLine, TracksLine};
-pub use guests::{Closing, Door, GlanceError, Guests};
+pub use frame_times::FrameTimes;
+pub use http_access::{HttpAccess, SnapshotError, StartHttp, StopHttp};
 pub use inbox::{Batch, Input, Overload};
 use inbox::{Item, Origin};
-pub use peer::{Carrier, ListenError, Socket, bind_tcp};
+pub use input_errors::{InputErrors, StrictStop};
+pub use peer::{ListenError, Socket, Transport, bind_tcp};
 use peer::{Listener, Registry};
 pub use stop::{Stop, Stopper};
 use streams::{Ended, Hub, OpenError, Stream};
-pub use writer::OutputForm;
 
 /// The stream that stdin feeds and that stdout shows.
 pub const DEFAULT_STREAM: &str = "default";
@@ -131,8 +128,6 @@ pub struct Settings {
     pub view: wire::View,
     /// What is tracked in every stream, if anything.
     pub tracking: Option<TrackOptions>,
-    /// Whether stdout lists all living tracks in every frame.
-    pub lists_tracks: bool,
     /// Stop at the first thing on stdin that cannot be used.
     pub strict: bool,
     /// Recompute every frame from scratch, and stop where it differs.
@@ -208,10 +203,10 @@ impl Feed {
 /// Where stdin's points come from.
 pub type Source = Box<dyn FnOnce(&Feed) + Send>;
 
-/// Where stdout's frames go, and in which form.
-pub type Sink = (OutputForm, Box<dyn Write + Send>);
+/// Writes the frames of the default stream, one at a time, on a thread of its own. Its first error ends the daemon.
+pub type Sink = Box<dyn FnMut(OutputFrame) -> io::Result<()> + Send>;
 
-/// Serves until it is asked to stop or something fails; without a place to listen at or a door, until the source ends.
+/// Serves until it is asked to stop or something fails; without a place to listen at or a http, until the source ends.
 ///
 /// The reader of the source is not waited for: it may be blocked in a read that never returns, and owns nothing that has to be finished.
 ///
@@ -221,7 +216,7 @@ pub fn run(
     settings: Settings,
     source: Option<Source>,
     sink: Option<Sink>,
-    door: Option<Door>,
+    http: Option<StartHttp>,
     stop: &Stop,
 ) -> Result<(), DaemonError> {
     if let Some(threads) = settings.threads {
@@ -229,18 +224,16 @@ pub fn run(
     }
     let (ended_sender, ended) = unbounded();
     let hub = Arc::new(Hub::new(&settings, ended_sender));
-    let is_listening = !settings.listen.is_empty() || door.is_some();
+    let is_listening = !settings.listen.is_empty() || http.is_some();
     let named = |name: &str| thread::Builder::new().name(name.to_owned());
 
-    let mut sources = Sources { complaints: Complaints::new(settings.strict), tap: None };
+    let mut sources = Sources { input_errors: InputErrors::new(settings.strict), tap: None };
     let mut writer = None;
-    if let Some((form, sink)) = sink {
-        let (frames, lines) = bounded(FRAMES);
-        let lists_tracks = settings.lists_tracks;
+    if let Some(sink) = sink {
+        let (frames, written) = bounded(FRAMES);
         sources.tap = Some(Tap { view: settings.view, frames, is_vital: !is_listening });
-        writer = Some(
-            named("writer").spawn(move || writer::run(&lines, form, lists_tracks, sink)).map_err(DaemonError::Start)?,
-        );
+        writer =
+            Some(named("writer").spawn(move || written.into_iter().try_for_each(sink)).map_err(DaemonError::Start)?);
     }
     for (name, stream) in &settings.streams {
         hub.make(name, *stream, Sources::default())?;
@@ -253,8 +246,8 @@ pub fn run(
     for address in &settings.listen {
         listeners.push(Listener::start(address, settings.allow_remote, Arc::clone(&registry))?);
     }
-    let guests = Guests::new(Arc::clone(&hub), Arc::clone(&registry));
-    let closing = door.map(|door| door(guests)).transpose()?;
+    let access = HttpAccess::new(Arc::clone(&hub), Arc::clone(&registry));
+    let closing = http.map(|http| http(access)).transpose()?;
     if let (Some(source), Some(stream)) = (source, &default) {
         let feed = Feed(Arc::clone(stream));
         let read = move || {

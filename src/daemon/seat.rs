@@ -30,7 +30,7 @@ pub enum Control {
     /// Somebody leaves.
     Leave(Arc<Seat>),
     /// Somebody who takes no place wants to see the newest frame once.
-    Glance(wire::View, Sender<Arc<wire::Snapshot>>),
+    SnapshotOnce(wire::View, Sender<Arc<wire::Snapshot>>),
 }
 
 /// A consumer's place before a stream.

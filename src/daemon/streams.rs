@@ -18,6 +18,7 @@ use hopes_protocol as wire;
 use super::board::Board;
 use super::convert;
 use super::engine::{Engine, Sources};
+use super::frame_times::FrameTimes;
 use super::inbox::{Inbox, Overload};
 use super::peer::{ProducerChannel, Subscription};
 use super::seat::{Control, Seat};
@@ -81,10 +82,10 @@ impl Stream {
     }
 
     /// The newest frame as a whole, as soon as the engine comes to it; none, if there is none or that takes too long.
-    pub fn glance(&self, view: wire::View, patience: Duration) -> Option<Arc<wire::Snapshot>> {
+    pub fn snapshot_once(&self, view: wire::View, patience: Duration) -> Option<Arc<wire::Snapshot>> {
         let (answer, snapshot) = bounded(1);
         // An engine that ends lets go of the other end, and nobody waits.
-        self.try_ask(Control::Glance(view, answer)).then(|| snapshot.recv_timeout(patience).ok()).flatten()
+        self.try_ask(Control::SnapshotOnce(view, answer)).then(|| snapshot.recv_timeout(patience).ok()).flatten()
     }
 
     /// Asks the engine for something, unless that would take waiting; whether it was asked.
@@ -145,6 +146,8 @@ pub struct Stats {
     lagged: AtomicU64,
     /// Estimate of bytes held.
     pub memory: AtomicU64,
+    /// How long frames take.
+    pub times: FrameTimes,
 }
 
 impl Stats {

@@ -75,8 +75,8 @@ pub struct Views {
     watched: Vec<Watched>,
     /// Seats before a stream that has no frame yet.
     early: Vec<(Arc<Seat>, wire::Cause)>,
-    /// The newest frame in the view in which somebody glanced at it last.
-    glance: Option<Arc<wire::Snapshot>>,
+    /// The newest frame in the view in which it was asked for last.
+    snapshot_once: Option<Arc<wire::Snapshot>>,
     /// How many bytes of changes each view keeps.
     history: usize,
     tracking: Option<Tracking>,
@@ -87,7 +87,7 @@ impl Views {
     /// Nobody looks yet.
     pub fn new(stream: Arc<Stream>, history: usize, tracking: Option<TrackOptions>) -> Self {
         let tracking = tracking.map(Tracking::new);
-        Self { stream, watched: Vec::new(), early: Vec::new(), glance: None, history, tracking, rejected: 0 }
+        Self { stream, watched: Vec::new(), early: Vec::new(), snapshot_once: None, history, tracking, rejected: 0 }
     }
 
     /// An estimate of the memory that is taken.
@@ -120,8 +120,8 @@ impl Views {
                 self.leave(&seat);
                 self.stream.stats.consumers.fetch_sub(1, Ordering::Relaxed);
             }
-            Control::Glance(view, answer) => {
-                if let Some(snapshot) = self.glance(view, pipeline) {
+            Control::SnapshotOnce(view, answer) => {
+                if let Some(snapshot) = self.snapshot_once(view, pipeline) {
                     // Whoever does not wait any more needs no answer; there is room for one.
                     let _ = answer.try_send(snapshot);
                 }
@@ -156,7 +156,7 @@ impl Views {
 
     /// Tells of the newest frame, if anybody looks. Gives the time that computing took, telling left out.
     pub fn publish(&mut self, pipeline: &mut Pipeline, rejected: u64) -> Duration {
-        (self.rejected, self.glance) = (rejected, None);
+        (self.rejected, self.snapshot_once) = (rejected, None);
         let mut took = Duration::ZERO;
         self.watched.retain(|watched| watched.idle_since.is_none_or(|since| since.elapsed() < KEPT));
         for watched in &mut self.watched {
@@ -245,14 +245,14 @@ impl Views {
     }
 
     /// The newest frame for somebody who does not follow the stream; none, if there is none yet. No view is watched for it.
-    fn glance(&mut self, view: wire::View, pipeline: &mut Pipeline) -> Option<Arc<wire::Snapshot>> {
-        if let Some(known) = self.glance.as_ref().filter(|known| known.frame.view == view) {
+    fn snapshot_once(&mut self, view: wire::View, pipeline: &mut Pipeline) -> Option<Arc<wire::Snapshot>> {
+        if let Some(known) = self.snapshot_once.as_ref().filter(|known| known.frame.view == view) {
             return Some(Arc::clone(known));
         }
         let step = Eye::new(view).look(pipeline)?;
         let snapshot = convert::snapshot(self.stream.number, view, wire::Cause::Start, &step, self.rejected);
-        self.glance = Some(Arc::new(snapshot));
-        self.glance.clone()
+        self.snapshot_once = Some(Arc::new(snapshot));
+        self.snapshot_once.clone()
     }
 
     /// Shows as many dots as anybody wants.

@@ -1,6 +1,6 @@
 //! Where visitors connect: one port, a thread for each visitor, one answer each.
 //!
-//! In: a place, and the daemon as guests see it. Out: answers, and peers for those who ask for a WebSocket.
+//! In: a place, and the daemon as access see it. Out: answers, and peers for those who ask for a WebSocket.
 //! Invariants: this machine only, unless asked for; a visitor who does not say what he wants, or does not take the
 //! answer, is sent away after a while; who is one too many is told so at once; threads are named, and joined. Must not
 //! know: what is answered.
@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use super::http::{Answer, LONGEST_HEAD, Refusal, Request};
 use super::routes::{Reply, Routes};
 use super::websocket::{self, WebSocket};
-use crate::daemon::{Address, Closing, Door, Guests, ListenError, Socket, bind_tcp};
+use crate::daemon::{Address, HttpAccess, ListenError, Socket, StartHttp, StopHttp, bind_tcp};
 
 /// So many visitors there may be in any case: a browser alone comes with half a dozen connections.
 const FEWEST: usize = 16;
@@ -71,10 +71,10 @@ impl Page {
     }
 
     /// The way in, for a daemon to open.
-    pub fn door(self) -> Door {
-        Box::new(move |guests| {
-            let listener = Listener::start(self, guests)?;
-            Ok(Box::new(move || listener.stop()) as Closing)
+    pub fn http(self) -> StartHttp {
+        Box::new(move |access| {
+            let listener = Listener::start(self, access)?;
+            Ok(Box::new(move || listener.stop()) as StopHttp)
         })
     }
 }
@@ -96,20 +96,20 @@ struct Visitor {
 /// What all visitors share.
 struct House {
     routes: Routes,
-    guests: Guests,
+    access: HttpAccess,
     /// As given, in small letters.
     names: Vec<String>,
     place: String,
 }
 
 impl Listener {
-    fn start(page: Page, guests: Guests) -> Result<Self, ListenError> {
+    fn start(page: Page, access: HttpAccess) -> Result<Self, ListenError> {
         let Page { bound, at, place } = page;
         let system = |error| ListenError::System { address: Address::Tcp(place.address.clone()), error };
         tracing::info!("the page is at http://{at}/");
         let names = place.names.iter().map(|name| name.to_ascii_lowercase()).collect();
         let house =
-            Arc::new(House { routes: Routes::new(guests.clone()), guests, names, place: format!("http://{at}") });
+            Arc::new(House { routes: Routes::new(access.clone()), access, names, place: format!("http://{at}") });
         let is_ending = Arc::new(AtomicBool::new(false));
         let ends = Arc::clone(&is_ending);
         let thread = thread::Builder::new()
@@ -163,7 +163,7 @@ fn reachable(at: IpAddr) -> IpAddr {
 fn accept_all(bound: &TcpListener, is_ending: &AtomicBool, house: &Arc<House>) -> Vec<Visitor> {
     let mut visitors: Vec<Visitor> = Vec::new();
     // Peers, who may be long, have all connections; visitors, who are short, never take the last ones from them.
-    let most = (house.guests.limits().connections / 4).max(FEWEST);
+    let most = (house.access.limits().connections / 4).max(FEWEST);
     let mut visits = 0u64;
     loop {
         let accepted = bound.accept();
@@ -208,7 +208,7 @@ fn turn_away(socket: &Socket, most: usize) {
 impl House {
     /// Answers one question of a visitor, or makes a peer of him.
     fn visit(&self, socket: Arc<Socket>, local: SocketAddr, number: u64) {
-        let Some((asked, early)) = hear(&socket, HEAD.min(self.guests.limits().timeout)) else { return };
+        let Some((asked, early)) = hear(&socket, HEAD.min(self.access.limits().timeout)) else { return };
         let is_head = asked.as_ref().is_ok_and(|request| request.is_head);
         let is_name = |host: &str| self.is_name(host, local);
         let reply = asked.and_then(|request| {
@@ -216,11 +216,11 @@ impl House {
             request.check_origin(is_name, is_socket)?;
             if is_socket { websocket::handshake(&request).map(Reply::Socket) } else { Ok(self.routes.answer(&request)) }
         });
-        let patience = self.guests.limits().timeout;
+        let patience = self.access.limits().timeout;
         let answer = match reply {
             Ok(Reply::Socket(handshake)) => {
                 if socket.write(&handshake, patience).is_ok() {
-                    self.guests.admit(Box::new(WebSocket::new(socket, early)), &format!("{}/ws", self.place));
+                    self.access.admit(Box::new(WebSocket::new(socket, early)), &format!("{}/ws", self.place));
                 }
                 return;
             }

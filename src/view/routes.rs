@@ -11,7 +11,7 @@ use super::assets::Assets;
 use super::http::{Answer, Refusal, Request};
 use super::metrics;
 use super::snapshot::{self, Wanted};
-use crate::daemon::{GlanceError, Guests};
+use crate::daemon::{HttpAccess, SnapshotError};
 
 /// Snapshots that are made or sent at one time: each may be many megabytes.
 const SNAPSHOTS: usize = 4;
@@ -32,7 +32,7 @@ pub enum Reply {
 
 /// All that is here.
 pub struct Routes {
-    guests: Guests,
+    access: HttpAccess,
     assets: Assets,
     snapshots: Arc<AtomicUsize>,
 }
@@ -48,8 +48,8 @@ impl Drop for Turn {
 
 impl Routes {
     /// Of a daemon.
-    pub fn new(guests: Guests) -> Self {
-        Self { guests, assets: Assets::new(), snapshots: Arc::default() }
+    pub fn new(access: HttpAccess) -> Self {
+        Self { access, assets: Assets::new(), snapshots: Arc::default() }
     }
 
     /// Whether that is where the protocol is spoken.
@@ -66,7 +66,7 @@ impl Routes {
                 Err(refusal) => refusal.into(),
             },
             ("/healthz", _) => Answer::new(TEXT, "ok\n"),
-            ("/metrics", _) => Answer::new(metrics::KIND, metrics::write(&self.guests.status())),
+            ("/metrics", _) => Answer::new(metrics::KIND, metrics::write(&self.access.status())),
             ("/api/streams", _) => self.streams(),
             (path, _) => self.asset(path, request),
         };
@@ -82,7 +82,7 @@ impl Routes {
 
     /// As `hopes status --json`.
     fn streams(&self) -> Answer {
-        match serde_json::to_vec(&self.guests.status()) {
+        match serde_json::to_vec(&self.access.status()) {
             Ok(mut json) => {
                 json.push(b'\n');
                 Answer::new(JSON, json)
@@ -98,12 +98,12 @@ impl Routes {
         let turn = self.turn().ok_or_else(|| {
             Refusal::new(503, format!("{SNAPSHOTS} snapshots are being made, and no more at a time: try again"))
         })?;
-        let patience = PATIENCE.min(self.guests.limits().timeout);
-        let seen = self.guests.glance(&name, wanted.view, patience).map_err(|error| {
+        let patience = PATIENCE.min(self.access.limits().timeout);
+        let seen = self.access.snapshot_once(&name, wanted.view, patience).map_err(|error| {
             let status = match error {
-                GlanceError::BadView(_) => 400,
-                GlanceError::NoStream(_) | GlanceError::NoFrame(_) => 404,
-                GlanceError::Busy(_) => 503,
+                SnapshotError::BadView(_) => 400,
+                SnapshotError::NoStream(_) | SnapshotError::NoFrame(_) => 404,
+                SnapshotError::Busy(_) => 503,
             };
             Refusal::new(status, error.to_string())
         })?;

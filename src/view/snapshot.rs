@@ -9,7 +9,7 @@ mod svg;
 
 use hopes_protocol::{Cut, Simplify, Snapshot, View};
 
-use crate::daemon::FrameLine;
+use crate::formats::frame_line::FrameLine;
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! The protocol in a WebSocket: the handshake, and a connection that carries bytes both ways.
 //!
-//! In: a request for an upgrade, then a client's frames. Out: the answer to it, then a [`Carrier`] for the daemon's
+//! In: a request for an upgrade, then a client's frames. Out: the answer to it, then a [`Transport`] for the daemon's
 //! peers. Invariants: a piece of the protocol's bytes is a binary message, and where it is cut means nothing; only the
 //! peer's writer writes, so that no frame stands within another; pings are answered by its next turn. Must not know:
 //! the protocol.
@@ -16,7 +16,7 @@ use sha1_smol::Sha1;
 
 use super::framing::{self, Asked, Kind, Unframer};
 use super::http::{Refusal, Request};
-use crate::daemon::{Carrier, Socket};
+use crate::daemon::{Socket, Transport};
 
 /// What the protocol is called in the handshake.
 const SUBPROTOCOL: &str = "hopes";
@@ -91,7 +91,7 @@ impl WebSocket {
     }
 }
 
-impl Carrier for WebSocket {
+impl Transport for WebSocket {
     fn read(&self, buffer: &mut [u8], patience: Duration) -> io::Result<Option<usize>> {
         let mut incoming = lock(&self.incoming);
         if incoming.is_closed {

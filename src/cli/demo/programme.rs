@@ -12,9 +12,9 @@ use hopes::scene::{FRAMES_A_SECOND, Kind, Options, Scene};
 use hopes::topology::Window;
 use indicatif::ProgressBar;
 
-use crate::cli::points::{Form, Place, Source};
-use crate::cli::{Columns, Format};
 use crate::daemon::{Batch, Input};
+use crate::formats::input::{Columns, Format};
+use crate::formats::points::{Form, Place, Source};
 
 /// Edges of "Big Buck Bunny", (c) 2008 Blender Foundation, CC BY 3.0.
 const FILM: &[u8] = include_bytes!("../../../tests/data/bunny.jsonl");

@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use hopes::scene::Frame;
 
 use super::Format;
-use crate::cli::point_writer::{PointForm, PointWriter};
+use crate::formats::point_writer::{PointForm, PointWriter};
 
 /// Writes points.
 pub struct Points<W> {

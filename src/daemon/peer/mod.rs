@@ -31,7 +31,7 @@ pub use listener::{ListenError, Listener, bind_tcp};
 pub use outbox::{Debt, Outbox};
 pub use reader::SOFTWARE;
 pub use registry::Registry;
-pub use socket::{Carrier, Socket};
+pub use socket::{Socket, Transport};
 
 /// A connection.
 #[derive(Debug)]

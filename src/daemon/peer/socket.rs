@@ -1,6 +1,6 @@
 //! A connected socket of any kind.
 //!
-//! In: a Unix or TCP stream, or a [`Carrier`] of bytes. Out: reads and writes through a shared reference, so that one thread reads while another writes. Must not know: the protocol.
+//! In: a Unix or TCP stream, or a [`Transport`] of bytes. Out: reads and writes through a shared reference, so that one thread reads while another writes. Must not know: the protocol.
 
 use std::fmt;
 use std::io::{self, Read, Write};
@@ -16,16 +16,16 @@ pub enum Socket {
     /// From anywhere.
     Tcp(TcpStream),
     /// In something else, for those who only read.
-    Carried(Box<dyn Carrier>),
+    Tunnel(Box<dyn Transport>),
 }
 
 /// What carries the protocol's bytes within a protocol of its own. One thread reads, another writes.
-pub trait Carrier: fmt::Debug + Send + Sync {
+pub trait Transport: fmt::Debug + Send + Sync {
     /// As [`Socket::read`], but gives the number of bytes: 0 at the end. Of kind `InvalidData`, if what came cannot be carried bytes.
     fn read(&self, buffer: &mut [u8], patience: Duration) -> io::Result<Option<usize>>;
-    /// As [`Socket::write`]. Of no bytes, writes what the carrier itself has to say.
+    /// As [`Socket::write`]. Of no bytes, writes what the transport itself has to say.
     fn write(&self, bytes: &[u8], patience: Duration) -> io::Result<()>;
-    /// Whether the carrier itself has something to say.
+    /// Whether the transport itself has something to say.
     fn has_to_say(&self) -> bool;
     /// Says that nothing more comes, and whether that is because the daemon ends.
     fn finish(&self, is_daemons_end: bool, patience: Duration) -> io::Result<()>;
@@ -45,8 +45,8 @@ impl Socket {
                 stream.set_read_timeout(Some(patience))?;
                 (&*stream).read(buffer)
             }
-            Self::Carried(carrier) => {
-                let length = carrier.read(buffer, patience)?;
+            Self::Tunnel(transport) => {
+                let length = transport.read(buffer, patience)?;
                 return Ok(length.map(|length| &buffer[..length]));
             }
         };
@@ -59,8 +59,8 @@ impl Socket {
 
     /// Writes everything within so long.
     pub fn write(&self, mut bytes: &[u8], patience: Duration) -> io::Result<()> {
-        if let Self::Carried(carrier) = self {
-            return carrier.write(bytes, patience);
+        if let Self::Tunnel(transport) = self {
+            return transport.write(bytes, patience);
         }
         let deadline = Instant::now() + patience;
         while !bytes.is_empty() {
@@ -88,24 +88,24 @@ impl Socket {
                 stream.set_write_timeout(Some(patience))?;
                 (&*stream).write(bytes)
             }
-            Self::Carried(carrier) => carrier.write(bytes, patience).map(|()| bytes.len()),
+            Self::Tunnel(transport) => transport.write(bytes, patience).map(|()| bytes.len()),
         }
     }
 
     /// Whether those at the other end may only read.
     pub fn is_for_readers(&self) -> bool {
-        matches!(self, Self::Carried(_))
+        matches!(self, Self::Tunnel(_))
     }
 
     /// Whether there is something to be written that nobody has given: writing nothing writes it.
     pub fn has_to_say(&self) -> bool {
-        matches!(self, Self::Carried(carrier) if carrier.has_to_say())
+        matches!(self, Self::Tunnel(transport) if transport.has_to_say())
     }
 
     /// Says that nothing more comes, where that is said at all.
     pub fn finish(&self, is_daemons_end: bool, patience: Duration) -> io::Result<()> {
         match self {
-            Self::Carried(carrier) => carrier.finish(is_daemons_end, patience),
+            Self::Tunnel(transport) => transport.finish(is_daemons_end, patience),
             _ => Ok(()),
         }
     }
@@ -116,8 +116,8 @@ impl Socket {
         let _ = match self {
             Self::Unix(stream) => stream.shutdown(how),
             Self::Tcp(stream) => stream.shutdown(how),
-            Self::Carried(carrier) => {
-                carrier.shutdown(how);
+            Self::Tunnel(transport) => {
+                transport.shutdown(how);
                 Ok(())
             }
         };

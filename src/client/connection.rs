@@ -3,9 +3,6 @@
 //! In: an address; messages to send. Out: messages received. Two halves, so that one thread can send while another one receives. Invariants: nothing waits for ever: connecting, greeting, receiving and sending end with an error when
 //! the daemon is silent for too long; pings are answered here, and sent when the daemon is silent; a frame has at most [`LARGEST_FRAME`] bytes and memory grows only with those that have come. Must not know: what the messages are about.
 
-mod error;
-mod link;
-
 use std::io::{self, Read, Write};
 use std::net::ToSocketAddrs;
 use std::sync::Arc;
@@ -14,9 +11,9 @@ use std::time::{Duration, Instant};
 use hopes_protocol::{Banner, Decoder, FrameError, Goodbye, Hello, LARGEST_FRAME, Message, Ping, Pong, Welcome};
 use socket2::{Domain, SockAddr, Socket, Type};
 
-use super::address::Address;
-pub use error::ClientError;
-use link::{Link, is_later};
+use super::error::ClientError;
+use super::link::{Link, is_later};
+use crate::daemon::Address;
 
 /// How long a read or write waits before it is seen whether something else is due.
 const MOMENT: Duration = Duration::from_millis(50);

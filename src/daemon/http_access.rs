@@ -2,7 +2,7 @@
 //!
 //! In: questions, and connections that carry the protocol. Out: how the daemon is, the newest frame of a stream, a
 //! peer who may only read. Invariants: nothing asked here changes a stream, and no engine waits for who asks. Must not
-//! know: how guests come.
+//! know: how access come.
 
 use std::fmt;
 use std::sync::Arc;
@@ -13,18 +13,19 @@ use thiserror::Error;
 
 use super::Limits;
 use super::convert;
-use super::peer::{Carrier, ListenError, Registry, SOFTWARE, Socket};
+use super::frame_times::FrameTimes;
+use super::peer::{ListenError, Registry, SOFTWARE, Socket, Transport};
 use super::streams::Hub;
 
 /// Opens another way in, once there is something to see; gives what closes it.
-pub type Door = Box<dyn FnOnce(Guests) -> Result<Closing, ListenError>>;
+pub type StartHttp = Box<dyn FnOnce(HttpAccess) -> Result<StopHttp, ListenError>>;
 
 /// Closes a way in.
-pub type Closing = Box<dyn FnOnce()>;
+pub type StopHttp = Box<dyn FnOnce()>;
 
 /// Why a frame cannot be seen.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum GlanceError {
+pub enum SnapshotError {
     /// There is no such view.
     #[error("{0}")]
     BadView(&'static str),
@@ -39,21 +40,21 @@ pub enum GlanceError {
     Busy(String),
 }
 
-/// The daemon, as guests see it.
+/// The daemon, as access see it.
 #[derive(Clone)]
-pub struct Guests {
+pub struct HttpAccess {
     hub: Arc<Hub>,
     registry: Arc<Registry>,
 }
 
-impl fmt::Debug for Guests {
+impl fmt::Debug for HttpAccess {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Guests").finish_non_exhaustive()
+        f.debug_struct("HttpAccess").finish_non_exhaustive()
     }
 }
 
-impl Guests {
-    /// Guests of a daemon.
+impl HttpAccess {
+    /// HttpAccess of a daemon.
     pub fn new(hub: Arc<Hub>, registry: Arc<Registry>) -> Self {
         Self { hub, registry }
     }
@@ -68,21 +69,31 @@ impl Guests {
         self.hub.status(SOFTWARE)
     }
 
+    /// How long the frames of each stream take, by the stream's name.
+    pub fn frame_times(&self) -> Vec<(String, FrameTimes)> {
+        self.hub.streams().iter().map(|stream| (stream.name.clone(), stream.stats.times.clone())).collect()
+    }
+
     /// The newest frame of a stream; waits for the engine so long at the most.
     ///
     /// # Errors
-    /// [`GlanceError`].
-    pub fn glance(&self, name: &str, view: wire::View, patience: Duration) -> Result<Arc<wire::Snapshot>, GlanceError> {
-        convert::check_view(view).map_err(GlanceError::BadView)?;
-        let stream = self.hub.stream(name).ok_or_else(|| GlanceError::NoStream(name.to_owned()))?;
+    /// [`SnapshotError`].
+    pub fn snapshot_once(
+        &self,
+        name: &str,
+        view: wire::View,
+        patience: Duration,
+    ) -> Result<Arc<wire::Snapshot>, SnapshotError> {
+        convert::check_view(view).map_err(SnapshotError::BadView)?;
+        let stream = self.hub.stream(name).ok_or_else(|| SnapshotError::NoStream(name.to_owned()))?;
         if stream.stats.frame() == 0 {
-            return Err(GlanceError::NoFrame(name.to_owned()));
+            return Err(SnapshotError::NoFrame(name.to_owned()));
         }
-        stream.glance(view, patience).ok_or_else(|| GlanceError::Busy(name.to_owned()))
+        stream.snapshot_once(view, patience).ok_or_else(|| SnapshotError::Busy(name.to_owned()))
     }
 
     /// Talks with somebody who may only read.
-    pub fn admit(&self, carrier: Box<dyn Carrier>, place: &str) {
-        self.registry.admit(Socket::Carried(carrier), place);
+    pub fn admit(&self, transport: Box<dyn Transport>, place: &str) {
+        self.registry.admit(Socket::Tunnel(transport), place);
     }
 }

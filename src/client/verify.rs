@@ -56,7 +56,7 @@ pub enum Differs {
 ///
 /// # Errors
 /// [`Differs`].
-pub fn recheck(mirror: &Mirror, shown: &FrameInfo) -> Result<(), Differs> {
+pub fn verify(mirror: &Mirror, shown: &FrameInfo) -> Result<(), Differs> {
     let frame = shown.number;
     if shown.view.simplify != Simplify::No {
         return Err(Differs::Simplified { frame });

@@ -10,8 +10,8 @@ use serde::{Serialize, Serializer};
 
 use super::frame::Moment;
 use super::lives::{Began, Ended, Life, Lives, Stream};
-use crate::cli::aligned::{self, Column, numbers, words};
-use crate::cli::show::Short;
+use crate::formats::aligned::{self, Column, numbers, words};
+use crate::formats::messages::Short;
 
 /// How the table is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

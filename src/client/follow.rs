@@ -11,10 +11,12 @@ use anyhow::{Context, bail};
 use hopes_protocol::{DotsWanted, ErrorCode, Message, Report, Subscribe, TracksWanted, Unsubscribe, View, WantTracks};
 use indicatif::{HumanBytes, ProgressBar};
 
-use super::recheck::recheck;
-use super::show::Show;
-use super::streams::{StreamError, Streams, Taken};
-use crate::daemon::{Address, Client, ClientError, Received, Sending, Stop, Timeouts};
+use super::connection::{Client, Received, Sending, Timeouts};
+use super::error::ClientError;
+use super::mirrors::{StreamError, Streams, Taken};
+use super::verify::verify;
+use crate::daemon::{Address, Stop};
+use crate::formats::messages::Show;
 
 /// Who we are, for the daemon's log.
 pub const SOFTWARE: &str = concat!("hopes ", env!("CARGO_PKG_VERSION"));
@@ -242,7 +244,7 @@ impl<W: Write> Following<'_, W> {
             _ => return Ok(()),
         };
         if let (true, Some(stream)) = (self.wanted.check, self.streams.get(number)) {
-            recheck(&stream.mirror, frame).with_context(|| format!("stream {}", stream.name))?;
+            verify(&stream.mirror, frame).with_context(|| format!("stream {}", stream.name))?;
         }
         if self.wanted.frames.is_some_and(|wanted| self.frames >= wanted) && self.ends.is_none() {
             let is_all = self.wanted.dots == DotsWanted::No && self.wanted.tracks == TracksWanted::No;

@@ -63,7 +63,7 @@ pub struct Finder {
 }
 
 /// Nobody listens any more.
-struct Unheard;
+struct Disconnected;
 
 impl Finder {
     /// Goes through all files.
@@ -75,7 +75,7 @@ impl Finder {
     ) -> anyhow::Result<()> {
         let mut search = Search { finder: self, listener, seen: 0, used: 0 };
         for file in files {
-            if let Err(Unheard) = search.file(file) {
+            if let Err(Disconnected) = search.file(file) {
                 return Ok(());
             }
             progress.inc(1);
@@ -98,7 +98,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn file(&mut self, file: &Path) -> Result<(), Unheard> {
+    fn file(&mut self, file: &Path) -> Result<(), Disconnected> {
         let (name, source): (_, Box<dyn Read>) = if file == Path::new(STDIN) {
             ("stdin".to_owned(), Box::new(io::stdin().lock()))
         } else {
@@ -135,7 +135,7 @@ impl Search<'_> {
         self.finder.input.or(self.finder.size.map(|_| InputForm::Gray)).or_else(by_content)
     }
 
-    fn picture(&mut self, name: &str, source: impl Read) -> Result<(), Unheard> {
+    fn picture(&mut self, name: &str, source: impl Read) -> Result<(), Disconnected> {
         match Picture::read(source) {
             Err(error) => self.refuse(name, &error),
             Ok(picture) => match self.edges(&picture) {
@@ -145,7 +145,7 @@ impl Search<'_> {
         }
     }
 
-    fn video(&mut self, name: &str, video: Result<Video<impl BufRead>, VideoError>) -> Result<(), Unheard> {
+    fn video(&mut self, name: &str, video: Result<Video<impl BufRead>, VideoError>) -> Result<(), Disconnected> {
         let mut video = match video {
             Ok(video) => video,
             Err(error) => return self.refuse(name, &error),
@@ -177,19 +177,19 @@ impl Search<'_> {
         Ok(detector.edges(seen).iter().map(place).collect())
     }
 
-    fn tell(&mut self, points: Vec<[u32; 2]>, rate: Option<f64>) -> Result<(), Unheard> {
+    fn tell(&mut self, points: Vec<[u32; 2]>, rate: Option<f64>) -> Result<(), Disconnected> {
         let time = rate.map(|rate| self.seen as f64 / rate);
         self.seen += 1;
         self.used += 1;
         self.say(Found::Frame { points, time })
     }
 
-    fn refuse(&mut self, name: &(impl Display + ?Sized), reason: &dyn Display) -> Result<(), Unheard> {
+    fn refuse(&mut self, name: &(impl Display + ?Sized), reason: &dyn Display) -> Result<(), Disconnected> {
         self.seen += 1;
         self.say(Found::Bad(format!("{name}: {reason}")))
     }
 
-    fn say(&mut self, found: Found) -> Result<(), Unheard> {
-        if (self.listener)(found) { Ok(()) } else { Err(Unheard) }
+    fn say(&mut self, found: Found) -> Result<(), Disconnected> {
+        if (self.listener)(found) { Ok(()) } else { Err(Disconnected) }
     }
 }

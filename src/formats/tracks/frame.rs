@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use thiserror::Error;
 
-use crate::cli::input::Excerpt;
+use crate::formats::input::Excerpt;
 
 /// A moment of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Delivering points to a stream of a daemon: opening it, sending, and answers to all that was sent.
 //!
-//! In: [`Input`]s, from a thread of the caller's. Out: messages to a daemon; complaints about what it refuses. Three
+//! In: [`Input`]s, from a thread of the caller's. Out: messages to a daemon; input errors about what it refuses. Three
 //! threads: the caller's reads, one sends, one takes the answers. Invariants: a bounded number of messages waits for an
 //! answer, so memory is bounded and a slow daemon slows the reading; all that was sent is answered before the end. Must
 //! not know: where points come from; the skeleton.
@@ -18,10 +18,11 @@ use hopes_protocol::{self as wire, Close, Commit, ErrorCode, Message, Open, Open
 use indicatif::ProgressBar;
 
 use self::ledger::{Counts, Ledger, Sent, hung_up};
-use super::Failure;
+use super::connection::{Client, Received, Receiving, Sending, Timeouts};
 use super::follow::SOFTWARE;
 use super::pace::Pace;
-use crate::daemon::{self, Address, BATCH, Client, Input, Received, Receiving, Sending, Stop, Timeouts};
+use crate::cli::Failure;
+use crate::daemon::{self, Address, BATCH, Input, Stop};
 
 /// The one conversation.
 const CHANNEL: u32 = 1;
@@ -48,7 +49,7 @@ pub struct Delivery<'a> {
     pub window_if_new: Option<Window>,
     /// Grid that positions snap to.
     pub resolution: Option<f64>,
-    /// Stop at the first complaint.
+    /// Stop at the first error.
     pub strict: bool,
     /// What the place of a point is: a line, or a byte.
     pub place: &'static str,
@@ -250,7 +251,7 @@ impl Sender<'_> {
             Input::Close { .. } => Ok(()),
             Input::Commit(time) => self.commit(time),
             Input::Unreadable(reason) => {
-                self.ledger.complain(&reason);
+                self.ledger.report_error(&reason);
                 Ok(())
             }
             Input::Failed(reason) => bail!("cannot read the input: {reason}"),

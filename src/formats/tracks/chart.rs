@@ -11,8 +11,8 @@ use thiserror::Error;
 use super::frame::Moment;
 use super::lives::{Began, Ended, Life, Lives, Stream};
 use super::order::order;
-use crate::cli::picture::{Bar, Barcode, Link, LinkKind, count, shortened};
-use crate::cli::show::Short;
+use crate::formats::messages::Short;
+use crate::formats::picture::{Bar, Barcode, Link, LinkKind, count, shortened};
 
 /// What bars are drawn over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

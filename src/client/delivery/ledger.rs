@@ -14,7 +14,8 @@ use anyhow::anyhow;
 use hopes_protocol::{Message, Overloaded, Policy, Refused, Report};
 
 use crate::cli::Failure;
-use crate::daemon::{Batch, ClientError, Complaints, StrictStop};
+use crate::client::ClientError;
+use crate::daemon::{Batch, InputErrors, StrictStop};
 
 /// A message under way.
 #[derive(Debug)]
@@ -51,7 +52,7 @@ pub struct Ledger {
 #[derive(Debug)]
 struct State {
     unanswered: BTreeMap<u64, Sent>,
-    complaints: Complaints,
+    input_errors: InputErrors,
     counts: Counts,
     /// Whether we want the end that may come.
     is_closing: bool,
@@ -71,7 +72,7 @@ impl Ledger {
     pub fn new(strict: bool, place: &'static str) -> Self {
         let state = State {
             unanswered: BTreeMap::new(),
-            complaints: Complaints::new(strict),
+            input_errors: InputErrors::new(strict),
             counts: Counts::default(),
             is_closing: false,
             end: None,
@@ -104,10 +105,10 @@ impl Ledger {
     }
 
     /// Something in the input that cannot be used.
-    pub fn complain(&self, what: &dyn Display) {
+    pub fn report_error(&self, what: &dyn Display) {
         let mut state = self.state();
         state.counts.refused += 1;
-        state.complain(what);
+        state.report_error(what);
         self.changed.notify_all();
     }
 
@@ -134,7 +135,7 @@ impl Ledger {
     /// The end of it all.
     pub fn settle(&self) -> Result<Counts, Failure> {
         let mut state = self.state();
-        state.complaints.sum_up();
+        state.input_errors.sum_up();
         match state.end.take() {
             None | Some(End::Closed) => Ok(state.counts),
             Some(End::Strict(stop)) => Err(stop.into()),
@@ -153,8 +154,8 @@ impl State {
         self.end.get_or_insert(end);
     }
 
-    fn complain(&mut self, what: &dyn Display) {
-        if let Err(stop) = self.complaints.add(what) {
+    fn report_error(&mut self, what: &dyn Display) {
+        if let Err(stop) = self.input_errors.add(what) {
             self.end(End::Strict(stop));
         }
     }
@@ -214,14 +215,14 @@ impl State {
             let index = reason.index as usize;
             match points.positions.get(index).zip(points.lines.get(index)) {
                 Some(((x, y), line)) => {
-                    self.complain(&format_args!("{place} {line}, point ({x}, {y}): {}", reason.text));
+                    self.report_error(&format_args!("{place} {line}, point ({x}, {y}): {}", reason.text));
                 }
-                None => self.complain(&format_args!("a point: {}", reason.text)),
+                None => self.report_error(&format_args!("a point: {}", reason.text)),
             }
         }
         let unlisted = u64::from(refused.refused).saturating_sub(refused.reasons.len() as u64);
         if let (true, Some(first), Some(last)) = (unlisted > 0, points.lines.first(), points.lines.last()) {
-            self.complain(&format_args!("{unlisted} more points between {place} {first} and {place} {last}"));
+            self.report_error(&format_args!("{unlisted} more points between {place} {first} and {place} {last}"));
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! What is said of input that cannot be used.
 //!
-//! In: complaints, as they come up. Out: warnings in the log, a count. Invariants: every complaint is counted; the first ones are
+//! In: input errors, as they come up. Out: warnings in the log, a count. Invariants: every error is counted; the first ones are
 //! logged one by one, then only their number, so that a flood of garbage does not become a flood of logs. Must not know: where input
 //! comes from.
 
@@ -8,22 +8,22 @@ use std::fmt::Display;
 
 use thiserror::Error;
 
-/// How many complaints are logged one by one.
+/// How many input errors are logged one by one.
 const LOGGED: u64 = 100;
 
-/// `strict` met a complaint.
+/// `strict` met a error.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0} (--strict stops here)")]
 pub struct StrictStop(String);
 
 /// Counts what could not be used.
 #[derive(Debug, Default)]
-pub struct Complaints {
+pub struct InputErrors {
     strict: bool,
     count: u64,
 }
 
-impl Complaints {
+impl InputErrors {
     /// None so far; the first will stop a strict one.
     pub fn new(strict: bool) -> Self {
         Self { strict, count: 0 }
@@ -42,7 +42,7 @@ impl Complaints {
             tracing::warn!("{what}");
         }
         if self.count == LOGGED {
-            tracing::warn!("{LOGGED} complaints so far: from here on they are only counted");
+            tracing::warn!("{LOGGED} input errors so far: from here on they are only counted");
         }
         Ok(())
     }

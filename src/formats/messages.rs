@@ -13,9 +13,9 @@ use hopes_protocol::{
 };
 use serde::Serialize;
 
+use super::frame_line::{FrameLine, TracksLine};
 use super::recording::Recording;
-use super::streams::Streams;
-use crate::daemon::{FrameLine, TracksLine};
+use crate::client::mirrors::Streams;
 
 /// How frames are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

@@ -11,8 +11,8 @@ use anyhow::{Context, bail};
 use hopes_protocol::Message;
 use indicatif::ProgressBar;
 
+use super::input::{Columns, Format, Limits, Reader, Record};
 use super::recording::{Frames, Next};
-use super::{Columns, Format, Limits, Reader, Record};
 use crate::daemon::{Batch, Input};
 
 /// How the points are written.
@@ -48,7 +48,7 @@ pub struct Source {
 }
 
 /// Nobody listens any more.
-struct Unheard;
+struct Disconnected;
 
 impl Source {
     /// Reads to the end, and over and over if it loops.
@@ -92,7 +92,7 @@ impl Source {
         columns: Columns,
         outbox: &mut Outbox<'_>,
         progress: &ProgressBar,
-    ) -> anyhow::Result<Result<(), Unheard>> {
+    ) -> anyhow::Result<Result<(), Disconnected>> {
         let mut reader = Reader::new(self.open()?, format, columns, Limits::default());
         loop {
             let line = reader.line() + 1;
@@ -107,12 +107,12 @@ impl Source {
                 Some(Record::Commit { time }) => outbox.commit(time),
                 Some(Record::Blank) => outbox.commit(None),
                 Some(Record::Nothing) => Ok(()),
-                Some(Record::Bad(bad)) => outbox.complain(bad.to_string()),
+                Some(Record::Bad(bad)) => outbox.report_error(bad.to_string()),
             };
             // Nothing waits here while the source has nothing more to say.
             let flushed = if reader.is_ready() { Ok(()) } else { outbox.flush() };
             if sent.and(flushed).is_err() {
-                return Ok(Err(Unheard));
+                return Ok(Err(Disconnected));
             }
             if line % 1024 == 0 {
                 progress.set_position(reader.bytes_read());
@@ -120,7 +120,7 @@ impl Source {
         }
     }
 
-    fn binary(&self, outbox: &mut Outbox<'_>, progress: &ProgressBar) -> anyhow::Result<Result<(), Unheard>> {
+    fn binary(&self, outbox: &mut Outbox<'_>, progress: &ProgressBar) -> anyhow::Result<Result<(), Disconnected>> {
         let mut frames = Frames::new(self.open()?);
         loop {
             let (offset, message) = match frames.next()? {
@@ -136,18 +136,19 @@ impl Source {
             // Nothing waits here while the source has nothing more to say.
             let flushed = if frames.has_more() { Ok(()) } else { outbox.flush() };
             if sent.and(flushed).is_err() {
-                return Ok(Err(Unheard));
+                return Ok(Err(Disconnected));
             }
         }
     }
 }
 
-fn take(outbox: &mut Outbox<'_>, offset: u64, message: Message) -> anyhow::Result<Result<(), Unheard>> {
+fn take(outbox: &mut Outbox<'_>, offset: u64, message: Message) -> anyhow::Result<Result<(), Disconnected>> {
     Ok(match message {
         Message::Batch(batch) if !batch.times.is_empty() && batch.times.len() != batch.points.len() => {
             let (points, times) = (batch.points.len(), batch.times.len());
-            outbox
-                .complain(format!("byte {offset}: {points} points with {times} times, where all or none must have one"))
+            outbox.report_error(format!(
+                "byte {offset}: {points} points with {times} times, where all or none must have one"
+            ))
         }
         Message::Batch(batch) => batch
             .points
@@ -160,9 +161,8 @@ fn take(outbox: &mut Outbox<'_>, offset: u64, message: Message) -> anyhow::Resul
         Message::StreamOpened(_) | Message::Snapshot(_) | Message::Diff(_) => {
             bail!("at byte {offset} there is no point: this is a recording, see hopes replay");
         }
-        other => {
-            outbox.complain(format!("byte {offset}: a message of type {:#06x} has no place among points", other.kind()))
-        }
+        other => outbox
+            .report_error(format!("byte {offset}: a message of type {:#06x} has no place among points", other.kind())),
     })
 }
 
@@ -181,7 +181,7 @@ struct Outbox<'a> {
 }
 
 impl Outbox<'_> {
-    fn add(&mut self, position: (f64, f64), time: Option<f64>, line: u64) -> Result<(), Unheard> {
+    fn add(&mut self, position: (f64, f64), time: Option<f64>, line: u64) -> Result<(), Disconnected> {
         // A message has times for all of its points, or for none.
         if !self.batch.positions.is_empty() && self.batch.times.is_empty() == time.is_some() {
             self.flush()?;
@@ -197,7 +197,7 @@ impl Outbox<'_> {
         if self.frame_points.is_some_and(|limit| self.points >= limit) { self.commit(None) } else { Ok(()) }
     }
 
-    fn retract(&mut self, points: impl Iterator<Item = (f64, f64)>, line: u64) -> Result<(), Unheard> {
+    fn retract(&mut self, points: impl Iterator<Item = (f64, f64)>, line: u64) -> Result<(), Disconnected> {
         self.flush()?;
         self.is_open = true;
         let points: Vec<(f64, f64)> = points.collect();
@@ -207,23 +207,23 @@ impl Outbox<'_> {
         })
     }
 
-    fn commit(&mut self, time: Option<f64>) -> Result<(), Unheard> {
+    fn commit(&mut self, time: Option<f64>) -> Result<(), Disconnected> {
         self.flush()?;
         (self.points, self.is_open, self.has_frames) = (0, false, true);
         self.say(Input::Commit(time))
     }
 
-    fn complain(&mut self, reason: String) -> Result<(), Unheard> {
+    fn report_error(&mut self, reason: String) -> Result<(), Disconnected> {
         self.flush()?;
         self.say(Input::Unreadable(reason))
     }
 
     /// The end closes a frame that anything has come into.
-    fn end(&mut self) -> Result<(), Unheard> {
+    fn end(&mut self) -> Result<(), Disconnected> {
         if self.is_open { self.commit(None) } else { Ok(()) }
     }
 
-    fn flush(&mut self) -> Result<(), Unheard> {
+    fn flush(&mut self) -> Result<(), Disconnected> {
         if self.batch.positions.is_empty() {
             return Ok(());
         }
@@ -231,7 +231,7 @@ impl Outbox<'_> {
         self.say(Input::Points(batch))
     }
 
-    fn say(&mut self, input: Input) -> Result<(), Unheard> {
-        if (self.listener)(input) { Ok(()) } else { Err(Unheard) }
+    fn say(&mut self, input: Input) -> Result<(), Disconnected> {
+        if (self.listener)(input) { Ok(()) } else { Err(Disconnected) }
     }
 }

@@ -1,0 +1,84 @@
+//! Frames of one stream, written as they come: JSON lines, or a recording.
+//!
+//! In: [`OutputFrame`]s, in order. Out: bytes on a sink.
+//! Invariants: every frame is flushed before `write` returns.
+//! Must not know: how frames come about, threads.
+
+use std::io::{self, BufWriter, Write};
+
+use hopes_protocol::{Banner, Message, VERSION, encode};
+
+use super::frame_line::FrameLine;
+use crate::daemon::{DEFAULT_STREAM, OutputFrame};
+
+/// How frames are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameForm {
+    /// One JSON line per frame.
+    Lines,
+    /// A recording in frames of the protocol (protocol/SPEC.md, section 8).
+    Binary,
+}
+
+/// The channel of frames in a recording.
+const CHANNEL: u32 = 1;
+
+/// Writes frames to a sink.
+#[derive(Debug)]
+pub struct FrameWriter<W: Write> {
+    sink: BufWriter<W>,
+    form: FrameForm,
+    /// Whether every frame lists all living tracks.
+    lists_tracks: bool,
+    /// The frame up to which the recording has tracks; 0 for none.
+    recorded: u64,
+}
+
+impl<W: Write> FrameWriter<W> {
+    /// Begins the output; a recording begins with a banner.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn new(form: FrameForm, lists_tracks: bool, sink: W) -> io::Result<Self> {
+        let mut sink = BufWriter::with_capacity(1 << 16, sink);
+        if form == FrameForm::Binary {
+            sink.write_all(&Banner { lowest: VERSION, highest: VERSION }.encode())?;
+        }
+        Ok(Self { sink, form, lists_tracks, recorded: 0 })
+    }
+
+    /// Writes a frame, and flushes it.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn write(&mut self, frame: OutputFrame) -> io::Result<()> {
+        match self.form {
+            FrameForm::Lines => self.write_line(&frame)?,
+            FrameForm::Binary => self.record(frame)?,
+        }
+        self.sink.flush()
+    }
+
+    fn write_line(&mut self, OutputFrame { diff, tracks }: &OutputFrame) -> io::Result<()> {
+        let mut line = FrameLine::new(DEFAULT_STREAM, diff);
+        if let Some(tracks) = tracks {
+            line.add_tracks(&tracks.events, self.lists_tracks.then(|| tracks.alive()));
+        }
+        serde_json::to_writer(&mut self.sink, &line)?;
+        self.sink.write_all(b"\n")
+    }
+
+    fn record(&mut self, OutputFrame { diff, tracks }: OutputFrame) -> io::Result<()> {
+        let stream = diff.stream;
+        self.put(&Message::Diff(diff))?;
+        if let Some(tracks) = tracks {
+            self.put(&Message::Tracks(tracks.message(stream, self.recorded, self.lists_tracks)))?;
+            self.recorded = tracks.frame;
+        }
+        Ok(())
+    }
+
+    fn put(&mut self, message: &Message) -> io::Result<()> {
+        self.sink.write_all(&encode(VERSION, CHANNEL, message).map_err(io::Error::other)?)
+    }
+}
