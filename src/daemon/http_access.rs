@@ -1,8 +1,8 @@
-//! What those may see and do who come by another way than the daemon's sockets, such as its page.
+//! What the HTTP server may see and do: the daemon's status, snapshots, connections that only read.
 //!
-//! In: questions, and connections that carry the protocol. Out: how the daemon is, the newest frame of a stream, a
-//! peer who may only read. Invariants: nothing asked here changes a stream, and no engine waits for who asks. Must not
-//! know: how access come.
+//! In: questions, and sockets that carry the protocol. Out: status, the newest frame of a stream, connections.
+//! Invariants: nothing asked here changes a stream; no engine waits for an answer to be taken.
+//! Must not know: HTTP.
 
 use std::fmt;
 use std::sync::Arc;
@@ -11,19 +11,21 @@ use std::time::Duration;
 use hopes_protocol as wire;
 use thiserror::Error;
 
-use super::Limits;
-use super::convert;
-use super::frame_times::FrameTimes;
-use super::peer::{ListenError, Registry, SOFTWARE, Socket, Transport};
-use super::streams::Hub;
+use super::connections::listener::ListenError;
+use super::connections::registry::Registry;
+use super::connections::socket::{Socket, Transport};
+use super::settings::{Limits, SOFTWARE};
+use super::streams::convert;
+use super::streams::directory::Directory;
+use super::streams::frame_times::FrameTimes;
 
-/// Opens another way in, once there is something to see; gives what closes it.
+/// Starts an HTTP server, once the daemon listens; returns what stops it.
 pub type StartHttp = Box<dyn FnOnce(HttpAccess) -> Result<StopHttp, ListenError>>;
 
-/// Closes a way in.
+/// Stops an HTTP server.
 pub type StopHttp = Box<dyn FnOnce()>;
 
-/// Why a frame cannot be seen.
+/// Why there is no snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum SnapshotError {
     /// There is no such view.
@@ -32,18 +34,18 @@ pub enum SnapshotError {
     /// There is no such stream.
     #[error("there is no stream {0:?}")]
     NoStream(String),
-    /// There is nothing to see.
+    /// The stream has no frame.
     #[error("stream {0:?} has no frame yet")]
     NoFrame(String),
-    /// It has too much to do.
+    /// The engine did not answer in time.
     #[error("stream {0:?} has not answered in time: try again")]
     Busy(String),
 }
 
-/// The daemon, as access see it.
+/// The daemon, as the HTTP server sees it.
 #[derive(Clone)]
 pub struct HttpAccess {
-    hub: Arc<Hub>,
+    directory: Arc<Directory>,
     registry: Arc<Registry>,
 }
 
@@ -54,27 +56,31 @@ impl fmt::Debug for HttpAccess {
 }
 
 impl HttpAccess {
-    /// HttpAccess of a daemon.
-    pub fn new(hub: Arc<Hub>, registry: Arc<Registry>) -> Self {
-        Self { hub, registry }
+    /// Access to a daemon.
+    pub fn new(directory: Arc<Directory>, registry: Arc<Registry>) -> Self {
+        Self { directory, registry }
     }
 
-    /// How much of everything there may be.
+    /// The daemon's limits.
     pub fn limits(&self) -> &Limits {
-        &self.hub.limits
+        &self.directory.limits
     }
 
-    /// How everything is.
+    /// The daemon's status.
     pub fn status(&self) -> wire::Status {
-        self.hub.status(SOFTWARE)
+        self.directory.status(SOFTWARE)
     }
 
     /// How long the frames of each stream take, by the stream's name.
     pub fn frame_times(&self) -> Vec<(String, FrameTimes)> {
-        self.hub.streams().iter().map(|stream| (stream.name.clone(), stream.stats.times.clone())).collect()
+        self.directory
+            .streams()
+            .iter()
+            .map(|stream| (stream.state.name.clone(), stream.state.stats.times.clone()))
+            .collect()
     }
 
-    /// The newest frame of a stream; waits for the engine so long at the most.
+    /// The newest frame of a stream. Waits for its engine at most as long as `patience`.
     ///
     /// # Errors
     /// [`SnapshotError`].
@@ -85,14 +91,14 @@ impl HttpAccess {
         patience: Duration,
     ) -> Result<Arc<wire::Snapshot>, SnapshotError> {
         convert::check_view(view).map_err(SnapshotError::BadView)?;
-        let stream = self.hub.stream(name).ok_or_else(|| SnapshotError::NoStream(name.to_owned()))?;
-        if stream.stats.frame() == 0 {
+        let stream = self.directory.stream(name).ok_or_else(|| SnapshotError::NoStream(name.to_owned()))?;
+        if stream.state.stats.frame() == 0 {
             return Err(SnapshotError::NoFrame(name.to_owned()));
         }
         stream.snapshot_once(view, patience).ok_or_else(|| SnapshotError::Busy(name.to_owned()))
     }
 
-    /// Talks with somebody who may only read.
+    /// Starts a connection that may only read.
     pub fn admit(&self, transport: Box<dyn Transport>, place: &str) {
         self.registry.admit(Socket::Tunnel(transport), place);
     }

@@ -1,17 +1,18 @@
-//! What is said of input that cannot be used.
+//! Input errors: counted, logged, and under `strict` the end.
 //!
-//! In: input errors, as they come up. Out: warnings in the log, a count. Invariants: every error is counted; the first ones are
-//! logged one by one, then only their number, so that a flood of garbage does not become a flood of logs. Must not know: where input
-//! comes from.
+//! In: what could not be used, as it comes up. Out: warnings in the log, a count.
+//! Invariants: every error is counted. The first hundred are logged one by one, then only their number, so that a flood
+//! of garbage does not become a flood of logs.
+//! Must not know: where input comes from.
 
 use std::fmt::Display;
 
 use thiserror::Error;
 
-/// How many input errors are logged one by one.
+/// Errors that are logged one by one.
 const LOGGED: u64 = 100;
 
-/// `strict` met a error.
+/// Under `strict`, something could not be used.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0} (--strict stops here)")]
 pub struct StrictStop(String);
@@ -24,12 +25,12 @@ pub struct InputErrors {
 }
 
 impl InputErrors {
-    /// None so far; the first will stop a strict one.
+    /// None so far. If `strict`, the first one is returned as an error.
     pub fn new(strict: bool) -> Self {
         Self { strict, count: 0 }
     }
 
-    /// Notes one.
+    /// Counts an error, and logs it if it is among the first.
     ///
     /// # Errors
     /// [`StrictStop`], if strict.
@@ -47,12 +48,12 @@ impl InputErrors {
         Ok(())
     }
 
-    /// How many there were.
+    /// The number of errors.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Logs the number, if any were not logged one by one.
+    /// Logs the number, if any error was not logged one by one.
     pub fn sum_up(&self) {
         if self.count > LOGGED {
             tracing::warn!("{} lines or points in all could not be used", self.count);

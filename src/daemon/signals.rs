@@ -1,7 +1,9 @@
 //! Ctrl-C and SIGTERM as events.
 //!
-//! In: signals of the process. Out: a channel with the signal's name. Invariants: the first signal asks for an end in good order; a
-//! second one, of either kind, ends the process at once, with the usual exit code 128 + number. Must not know: what an end in good order is.
+//! In: signals of the process. Out: a channel with the signal's name.
+//! Invariants: the first signal requests an end in good order. A second one, of either kind, ends the process at once, with
+//! the usual exit code 128 + number.
+//! Must not know: what an end in good order is.
 
 use std::io;
 use std::sync::Arc;
@@ -14,11 +16,11 @@ use signal_hook::iterator::Signals;
 
 /// A channel that says which signal came.
 pub fn channel() -> io::Result<Receiver<&'static str>> {
-    let asked_before = Arc::new(AtomicBool::new(false));
+    let was_asked = Arc::new(AtomicBool::new(false));
     for (signal, code) in [(SIGINT, 130), (SIGTERM, 143)] {
-        // In this order: the first signal arms what the second one sets off.
-        flag::register_conditional_shutdown(signal, code, Arc::clone(&asked_before))?;
-        flag::register(signal, Arc::clone(&asked_before))?;
+        // The order matters: the first signal must not end the process that it arms for the second.
+        flag::register_conditional_shutdown(signal, code, Arc::clone(&was_asked))?;
+        flag::register(signal, Arc::clone(&was_asked))?;
     }
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     let (sender, receiver) = bounded(1);

@@ -1,6 +1,8 @@
-//! The wish to end in good order, for those who work in a loop.
+//! The request to stop in good order, for those who work in a loop.
 //!
-//! In: Ctrl-C and SIGTERM, or the word of somebody in this process. Out: which came first, if any. Invariants: as in `signals`: a second signal ends the process at once. Must not know: who asks.
+//! In: Ctrl-C and SIGTERM, or a request of this process. Out: the first request, if there was any.
+//! Invariants: as in `signals`: a second signal ends the process at once.
+//! Must not know: what stops.
 
 use std::io;
 use std::time::Duration;
@@ -9,43 +11,46 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 
 use super::signals;
 
-/// Whether somebody wants an end.
+/// Receives requests to stop.
 #[derive(Debug)]
 pub struct Stop {
-    wishes: Receiver<&'static str>,
+    requests: Receiver<&'static str>,
     asked: Option<&'static str>,
 }
 
-/// Asks somebody to end.
+/// Requests a stop.
 #[derive(Debug)]
 pub struct Stopper(Sender<&'static str>);
 
 impl Stopper {
-    /// Asks, and says why.
+    /// Requests a stop, for a reason.
     pub fn ask(&self, reason: &'static str) {
-        // Who was asked before, or has ended by himself, need not hear it.
+        // A receiver that was asked before, or has ended, needs no second request.
         let _ = self.0.try_send(reason);
     }
 }
 
 impl Stop {
-    /// From here on signals ask, and do not end the process by themselves.
+    /// Receives signals. From here on they do not end the process by themselves.
+    ///
+    /// # Errors
+    /// Those of the system, when the handlers are installed.
     pub fn listen() -> io::Result<Self> {
-        Ok(Self { wishes: signals::channel()?, asked: None })
+        Ok(Self { requests: signals::channel()?, asked: None })
     }
 
-    /// Somebody in this process asks, and no signal.
+    /// Receives requests of this process, and no signals.
     pub fn told() -> (Stopper, Self) {
-        let (sender, wishes) = bounded(1);
-        (Stopper(sender), Self { wishes, asked: None })
+        let (sender, requests) = bounded(1);
+        (Stopper(sender), Self { requests, asked: None })
     }
 
-    /// Where wishes come from, for those who wait for several things at once.
-    pub fn wishes(&self) -> &Receiver<&'static str> {
-        &self.wishes
+    /// The channel of requests, for those who wait for several things at once.
+    pub fn requests(&self) -> &Receiver<&'static str> {
+        &self.requests
     }
 
-    /// The name of the signal that has come.
+    /// The reason of the first request, if there was one.
     pub fn asked(&mut self) -> Option<&'static str> {
         self.wait(Duration::ZERO)
     }
@@ -53,7 +58,7 @@ impl Stop {
     /// As [`asked`](Self::asked), but waits for so long.
     pub fn wait(&mut self, moment: Duration) -> Option<&'static str> {
         if self.asked.is_none() {
-            self.asked = self.wishes.recv_timeout(moment).ok();
+            self.asked = self.requests.recv_timeout(moment).ok();
         }
         self.asked
     }

@@ -1,29 +1,37 @@
-//! The reader thread of a peer: what it sends, taken apart and handed to whom it concerns.
+//! The reader thread of a connection: takes the peer's bytes apart and hands each message on.
 //!
-//! In: bytes of the socket. Out: items for streams' inboxes, seats, answers. Invariants: a message that cannot be used is answered with an error and counted, and the next one is
-//! read; only bytes that are no frames end the connection; whoever is silent, or half way through something, for too long is cut off; everything that was
-//! accepted before the end is answered. Must not know: what engines do.
+//! In: bytes of the socket. Out: items for the queues of streams, subscriptions, replies.
+//! Invariants: a message that cannot be used is answered with an error and counted, and the next one is read. Only bytes
+//! that are no frames end the connection. A peer that sends nothing, or only part of a frame, for too long is
+//! disconnected. Everything that was accepted before the end is answered.
+//! Must not know: what engines do.
 
 use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::net::Shutdown;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Debt, Pattern, Peer, ProducerChannel, Subscription, report};
-use crate::daemon::convert;
-use crate::daemon::inbox::{Batch, Ended, Input, Item, Origin};
-use crate::daemon::streams::{Hub, Stream, lock};
 use hopes_protocol::{self as wire, ErrorCode, Message};
 
-/// What this daemon calls itself.
-pub const SOFTWARE: &str = concat!("hopes ", env!("CARGO_PKG_VERSION"));
+use super::connection::Connection;
+use super::outbox::PendingAnswer;
+use super::producer::ProducerChannel;
+use super::report::report;
+use super::subscription::{Pattern, Subscription};
+use crate::daemon::locks::lock;
+use crate::daemon::settings::SOFTWARE;
+use crate::daemon::streams::convert;
+use crate::daemon::streams::directory::Directory;
+use crate::daemon::streams::input::{Batch, Input};
+use crate::daemon::streams::queue::{Closed, Item, Origin};
+use crate::daemon::streams::reply::{ReplySink, ReplyTo};
+use crate::daemon::streams::stream::Stream;
 
 /// How long a peer may take for its banner and its first message.
 const HANDSHAKE: Duration = Duration::from_secs(10);
 
-/// A reader looks so often whether it is to stop.
+/// How long a read waits before the reader looks whether it is to stop.
 const TICK: Duration = Duration::from_millis(500);
 
 /// Why a connection ends.
@@ -32,25 +40,25 @@ enum End {
     Polite,
     /// It cannot go on.
     Failed(wire::Report),
-    /// The two have no version in common; the banners have said so.
-    Strange(wire::NoCommonVersion),
+    /// The two sides have no version in common, as the banners say.
+    Incompatible(wire::NoCommonVersion),
 }
 
 /// What a channel is for.
-enum Conversation {
+enum Channel {
     Producer(Arc<ProducerChannel>, Arc<Stream>),
     Consumer(Arc<Subscription>),
 }
 
 /// Reads until the connection ends.
-pub fn run(hub: &Arc<Hub>, peer: &Arc<Peer>) {
+pub fn run(directory: &Arc<Directory>, connection: &Arc<Connection>) {
     let mut reader = Reader {
-        hub,
-        peer,
-        decoder: wire::Decoder::new(hub.limits.largest_frame),
+        directory,
+        connection,
+        decoder: wire::Decoder::new(directory.limits.largest_frame),
         channels: HashMap::new(),
         began: Instant::now(),
-        has_greeted: false,
+        is_greeted: false,
         has_banner: false,
     };
     let end = reader.read();
@@ -58,54 +66,54 @@ pub fn run(hub: &Arc<Hub>, peer: &Arc<Peer>) {
     let reason = match end {
         End::Polite => "goodbye".to_owned(),
         End::Failed(report) => {
-            tracing::info!("{}: {}", peer.label, report.text);
-            hub.count_refused_message();
+            tracing::info!("{}: {}", connection.label, report.text);
+            directory.count_refused_message();
             let text = report.text.clone();
-            peer.say(0, report);
+            connection.send(0, report);
             text
         }
-        End::Strange(error) => {
-            tracing::info!("{}: {error}", peer.label);
-            hub.count_refused_message();
-            return peer.hang_up();
+        End::Incompatible(error) => {
+            tracing::info!("{}: {error}", connection.label);
+            directory.count_refused_message();
+            return connection.set_incompatible();
         }
     };
-    if !peer.is_ending.load(Ordering::Acquire) {
-        peer.say_goodbye(&reason, Vec::new());
+    if !connection.is_ending() {
+        connection.say_goodbye(&reason, Vec::new());
     }
-    tracing::debug!("{}: ends: {reason}", peer.label);
+    tracing::debug!("{}: ends: {reason}", connection.label);
 }
 
 struct Reader<'a> {
-    hub: &'a Arc<Hub>,
-    peer: &'a Arc<Peer>,
+    directory: &'a Arc<Directory>,
+    connection: &'a Arc<Connection>,
     decoder: wire::Decoder,
-    channels: HashMap<u32, Conversation>,
+    channels: HashMap<u32, Channel>,
     /// When the frame that has not come as a whole began.
     began: Instant,
     has_banner: bool,
-    has_greeted: bool,
+    is_greeted: bool,
 }
 
 impl Reader<'_> {
     fn read(&mut self) -> End {
         let mut buffer = vec![0; 1 << 16];
-        let tick = TICK.min(self.hub.limits.timeout / 4);
+        let tick = TICK.min(self.directory.limits.timeout / 4);
         loop {
             let was_within = self.decoder.is_within_frame();
-            let read = self.peer.socket.read(&mut buffer, tick);
-            if self.peer.socket.has_to_say() {
-                self.peer.ring_bell();
+            let read = self.connection.socket.read(&mut buffer, tick);
+            if self.connection.socket.has_to_say() {
+                self.connection.wake_writer();
             }
             match read {
-                _ if self.peer.is_ending.load(Ordering::Acquire) => return End::Polite,
+                _ if self.connection.is_ending() => return End::Polite,
                 Err(error) if error.kind() == ErrorKind::InvalidData => {
                     return End::Failed(report(ErrorCode::BadFrame, 0, error.to_string()));
                 }
                 Err(_) | Ok(Some([])) => return End::Polite,
                 Ok(None) => {}
                 Ok(Some(bytes)) => {
-                    self.peer.is_heard();
+                    self.connection.note_received();
                     self.decoder.push(bytes);
                     if let Err(end) = self.take_frames() {
                         return end;
@@ -123,11 +131,11 @@ impl Reader<'_> {
     }
 
     fn is_too_slow(&self) -> Option<&'static str> {
-        let timeout = self.hub.limits.timeout;
-        if !self.has_greeted && self.began.elapsed() > HANDSHAKE.min(timeout) {
+        let timeout = self.directory.limits.timeout;
+        if !self.is_greeted && self.began.elapsed() > HANDSHAKE.min(timeout) {
             return Some("no banner and Hello came in time");
         }
-        if self.peer.silence() > timeout {
+        if self.connection.silence() > timeout {
             return Some("nothing was heard for too long: answer Ping with Pong");
         }
         let is_stuck = self.decoder.is_within_frame() && self.began.elapsed() > timeout;
@@ -138,20 +146,20 @@ impl Reader<'_> {
         let broken = |error: wire::FrameError| End::Failed(report(ErrorCode::BadFrame, 0, error.to_string()));
         if !self.has_banner {
             let Some(theirs) = self.decoder.banner().map_err(broken)? else { return Ok(()) };
-            let version = wire::Banner::OURS.agree(theirs).map_err(End::Strange)?;
+            let version = wire::Banner::OURS.agree(theirs).map_err(End::Incompatible)?;
             self.decoder.set_version(version);
-            self.peer.set_version(version);
+            self.connection.set_version(version);
             self.has_banner = true;
         }
         while let Some(frame) = self.decoder.frame().map_err(broken)? {
-            // From here on until it is answered. A peer that hears nothing any more has meant what it has said.
-            let debt = self.peer.outbox.owe();
-            if self.peer.is_cut_off.load(Ordering::Acquire) {
+            // It counts as unanswered until this is dropped. This may wait, and the peer may be gone afterwards.
+            let pending = self.connection.outbox.expect_answer();
+            if self.connection.is_cut_off() {
                 return Err(End::Polite);
             }
             match frame.message() {
                 Ok(Message::Goodbye(_)) => return Err(End::Polite),
-                Ok(message) => self.take(frame.channel, frame.kind, message, debt),
+                Ok(message) => self.take(frame.channel, frame.kind, message, pending),
                 Err(error) => {
                     let code = match error {
                         wire::BodyError::UnknownType { .. } => ErrorCode::Unexpected,
@@ -160,20 +168,20 @@ impl Reader<'_> {
                     self.refuse(frame.channel, code, frame.kind, error.to_string());
                 }
             }
-            self.peer.is_heard();
+            self.connection.note_received();
         }
         Ok(())
     }
 
     fn refuse(&self, channel: u32, code: ErrorCode, answers: u16, text: impl Into<String>) {
-        self.hub.count_refused_message();
+        self.directory.count_refused_message();
         let report = report(code, answers, text);
-        tracing::debug!("{}: {}", self.peer.label, report.text);
-        self.peer.say(channel, report);
+        tracing::debug!("{}: {}", self.connection.label, report.text);
+        self.connection.send(channel, report);
     }
 
-    fn take(&mut self, channel: u32, kind: u16, message: Message, debt: Debt) {
-        if let (false, message) = (self.has_greeted, &message) {
+    fn take(&mut self, channel: u32, kind: u16, message: Message, pending: PendingAnswer) {
+        if let (false, message) = (self.is_greeted, &message) {
             return match message {
                 Message::Hello(hello) if channel == 0 => self.welcome(hello),
                 _ => {
@@ -183,13 +191,13 @@ impl Reader<'_> {
         }
         let taken = match message {
             Message::Open(_) | Message::Batch(_) | Message::Retract(_) | Message::Commit(_) | Message::Close(_)
-                if self.peer.socket.is_for_readers() =>
+                if self.connection.socket.is_for_readers() =>
             {
                 let text = "read-only: streams are fed at the daemon's sockets, not at its page".to_owned();
                 Err((ErrorCode::Unexpected, text))
             }
             Message::Ping(wire::Ping { token }) => {
-                self.peer.say(0, wire::Pong { token });
+                self.connection.send(0, wire::Pong { token });
                 Ok(())
             }
             Message::Pong(_) => Ok(()),
@@ -197,9 +205,9 @@ impl Reader<'_> {
             Message::GetStatus(_) => self.status(channel),
             Message::Open(open) => self.open(channel, &open),
             Message::Subscribe(subscribe) => self.subscribe(channel, &subscribe),
-            Message::Batch(batch) => self.batch(channel, batch, debt),
-            Message::Retract(retract) => self.retract(channel, retract, debt),
-            Message::Commit(commit) => self.feed(channel, Input::Commit(commit.time), commit.sequence, Some(debt)),
+            Message::Batch(batch) => self.batch(channel, batch, pending),
+            Message::Retract(retract) => self.retract(channel, retract, pending),
+            Message::Commit(commit) => self.feed(channel, Input::Commit(commit.time), commit.sequence, Some(pending)),
             Message::Close(close) => self.close(channel, close.end),
             Message::ChangeView(change) => self.change_view(channel, change),
             Message::WantTracks(wanted) => self.want_tracks(channel, wanted.tracks),
@@ -212,15 +220,15 @@ impl Reader<'_> {
     }
 
     fn welcome(&mut self, hello: &wire::Hello) {
-        tracing::debug!("{}: {:?}", self.peer.label, hello.software);
-        self.has_greeted = true;
-        let limits = &self.hub.limits;
-        self.peer.say(
+        tracing::debug!("{}: {:?}", self.connection.label, hello.software);
+        self.is_greeted = true;
+        let limits = &self.directory.limits;
+        self.connection.send(
             0,
             wire::Welcome {
                 software: SOFTWARE.to_owned(),
                 capabilities: Vec::new(),
-                epoch: self.hub.epoch,
+                epoch: self.directory.epoch,
                 largest_frame: limits.largest_frame,
                 largest_batch: limits.largest_batch,
                 heartbeat_ms: limits.heartbeat.as_millis() as u32,
@@ -232,41 +240,42 @@ impl Reader<'_> {
     fn list(&self, channel: u32, wanted: &wire::ListStreams) -> Result<(), Refused> {
         self.check_free(channel)?;
         let pattern = pattern(&wanted.pattern)?;
-        let streams = self.hub.streams();
-        let streams = streams.iter().filter(|stream| pattern.matches(&stream.name)).map(|stream| stream.info());
-        self.peer.say(channel, wire::Streams { streams: streams.collect() });
+        let streams = self.directory.streams();
+        let streams = streams.iter().filter(|stream| pattern.matches(&stream.state.name)).map(|stream| stream.info());
+        self.connection.send(channel, wire::Streams { streams: streams.collect() });
         Ok(())
     }
 
     fn status(&self, channel: u32) -> Result<(), Refused> {
         self.check_free(channel)?;
-        self.peer.say(channel, self.hub.status(SOFTWARE));
+        self.connection.send(channel, self.directory.status(SOFTWARE));
         Ok(())
     }
 
     fn open(&mut self, channel: u32, open: &wire::Open) -> Result<(), Refused> {
         self.check_room(channel)?;
-        let producer = Arc::new(ProducerChannel::new(channel, Arc::clone(&self.peer.outbox)));
+        let producer = Arc::new(ProducerChannel::new(channel, Arc::clone(&self.connection.outbox)));
+        let sink: Arc<dyn ReplySink> = Arc::clone(&producer) as _;
         loop {
-            let (stream, created) = self.hub.open(open).map_err(|error| (error.code, error.text))?;
+            let (stream, created) = self.directory.open(open).map_err(|error| (error.code, error.text))?;
             let opened = wire::Opened {
-                stream: stream.number,
-                epoch: stream.epoch,
+                stream: stream.state.number,
+                epoch: stream.state.epoch,
                 created,
-                window: convert::wire_window(stream.options.window),
-                resolution: stream.options.resolution,
-                frame: stream.stats.frame(),
-                largest_batch: self.hub.limits.largest_batch,
+                window: convert::wire_window(stream.state.options.window),
+                resolution: stream.state.options.resolution,
+                frame: stream.state.stats.frame(),
+                largest_batch: self.directory.limits.largest_batch,
             };
-            // Where it has just ended, another one is opened.
-            if stream.admit(&producer, || self.peer.say(channel, opened)) {
-                self.channels.insert(channel, Conversation::Producer(producer, stream));
+            // A stream that has just ended takes no producer; the next round opens another one.
+            if stream.add_producer(&sink, || self.connection.send(channel, opened)) {
+                self.channels.insert(channel, Channel::Producer(producer, stream));
                 return Ok(());
             }
         }
     }
 
-    fn batch(&mut self, channel: u32, batch: wire::Batch, debt: Debt) -> Result<(), Refused> {
+    fn batch(&mut self, channel: u32, batch: wire::Batch, pending: PendingAnswer) -> Result<(), Refused> {
         let wire::Batch { sequence, points, times, tags } = batch;
         for (what, count) in [("times", times.len()), ("tags", tags.len())] {
             if count != 0 && count != points.len() {
@@ -276,17 +285,17 @@ impl Reader<'_> {
         }
         self.check_size(points.len())?;
         let batch = Batch { positions: points, times, tags, lines: Vec::new() };
-        self.feed(channel, Input::Points(batch), sequence, Some(debt))
+        self.feed(channel, Input::Points(batch), sequence, Some(pending))
     }
 
-    fn retract(&mut self, channel: u32, retract: wire::Retract, debt: Debt) -> Result<(), Refused> {
+    fn retract(&mut self, channel: u32, retract: wire::Retract, pending: PendingAnswer) -> Result<(), Refused> {
         self.check_size(retract.points.len())?;
         let batch = Batch { positions: retract.points, ..Batch::default() };
-        self.feed(channel, Input::Retract(batch), retract.sequence, Some(debt))
+        self.feed(channel, Input::Retract(batch), retract.sequence, Some(pending))
     }
 
     fn check_size(&self, points: usize) -> Result<(), Refused> {
-        let largest = self.hub.limits.largest_batch;
+        let largest = self.directory.limits.largest_batch;
         if points > largest as usize {
             return Err((
                 ErrorCode::TooLarge,
@@ -297,12 +306,20 @@ impl Reader<'_> {
     }
 
     /// Hands something on to the stream of a channel; waits while the stream is full.
-    fn feed(&mut self, channel: u32, input: Input, sequence: u64, debt: Option<Debt>) -> Result<(), Refused> {
-        let Some(Conversation::Producer(producer, stream)) = self.channels.get(&channel) else {
+    fn feed(
+        &mut self,
+        channel: u32,
+        input: Input,
+        sequence: u64,
+        pending: Option<PendingAnswer>,
+    ) -> Result<(), Refused> {
+        let Some(Channel::Producer(producer, stream)) = self.channels.get(&channel) else {
             return Err((ErrorCode::NoChannel, format!("channel {channel} feeds no stream: send Open on it first")));
         };
-        let origin = Origin::Peer { channel: Arc::clone(producer), sequence, debt };
-        stream.inbox.push(Item { input, origin }).map_err(|Ended| {
+        let sink: Arc<dyn ReplySink> = Arc::clone(producer) as _;
+        let reply_to = ReplyTo::new(sink, sequence, pending.map(|pending| Box::new(pending) as _));
+        let origin = Origin::Producer(reply_to);
+        stream.queue.push(Item { input, origin }).map_err(|Closed| {
             self.channels.remove(&channel);
             (ErrorCode::NoChannel, format!("the stream that channel {channel} fed has ended"))
         })
@@ -321,25 +338,23 @@ impl Reader<'_> {
         if subscribe.resume.is_some() && !wire::is_name(&subscribe.pattern) {
             return Err((ErrorCode::BadName, "only one stream can be resumed: name it without *".to_owned()));
         }
-        let look = wire::ChangeView { view: subscribe.view, dots: subscribe.dots };
-        let (peer, look, tracks) = (Arc::clone(self.peer), Mutex::new(look), Mutex::default());
-        let is_over = AtomicBool::new(false);
-        let subscription = Arc::new(Subscription { channel, peer, pattern, look, tracks, is_over });
-        self.channels.insert(channel, Conversation::Consumer(Arc::clone(&subscription)));
-        self.hub.subscribe(subscription, subscribe.resume);
+        let view = wire::ChangeView { view: subscribe.view, dots: subscribe.dots };
+        let subscription = Arc::new(Subscription::new(channel, Arc::clone(self.connection), pattern, view));
+        self.channels.insert(channel, Channel::Consumer(Arc::clone(&subscription)));
+        self.directory.watch(subscription, subscribe.resume);
         Ok(())
     }
 
     fn change_view(&mut self, channel: u32, change: wire::ChangeView) -> Result<(), Refused> {
         let subscription = self.subscription(channel)?;
         convert::check_view(change.view).map_err(|text| (ErrorCode::BadOptions, text.to_owned()))?;
-        subscription.change(change);
+        subscription.change_view(change);
         Ok(())
     }
 
     fn want_tracks(&self, channel: u32, tracks: wire::TracksWanted) -> Result<(), Refused> {
         let subscription = self.subscription(channel)?;
-        if self.hub.tracking.is_none() && tracks != wire::TracksWanted::No {
+        if self.directory.tracking.is_none() && tracks != wire::TracksWanted::No {
             let text = "this daemon follows no tracks: start it with --track".to_owned();
             return Err((ErrorCode::BadOptions, text));
         }
@@ -349,16 +364,16 @@ impl Reader<'_> {
 
     fn unsubscribe(&mut self, channel: u32) -> Result<(), Refused> {
         let subscription = Arc::clone(self.subscription(channel)?);
-        self.hub.unsubscribe(&subscription);
+        self.directory.unwatch(&subscription);
         self.channels.remove(&channel);
         subscription.end();
-        self.peer.say(channel, wire::Unsubscribed {});
+        self.connection.send(channel, wire::Unsubscribed {});
         Ok(())
     }
 
     fn subscription(&self, channel: u32) -> Result<&Arc<Subscription>, Refused> {
         match self.channels.get(&channel) {
-            Some(Conversation::Consumer(subscription)) => Ok(subscription),
+            Some(Channel::Consumer(subscription)) => Ok(subscription),
             _ => {
                 Err((ErrorCode::NoChannel, format!("channel {channel} follows no stream: send Subscribe on it first")))
             }
@@ -377,7 +392,7 @@ impl Reader<'_> {
 
     fn check_room(&self, channel: u32) -> Result<(), Refused> {
         self.check_free(channel)?;
-        let most = self.hub.limits.channels;
+        let most = self.directory.limits.channels;
         if self.channels.len() >= most {
             return Err((ErrorCode::TooManyChannels, format!("a connection may have {most} channels: close one")));
         }
@@ -386,26 +401,26 @@ impl Reader<'_> {
 
     /// Ends all conversations. What producers have sent is still dealt with.
     fn leave(&mut self) {
-        let is_ending = self.peer.is_ending.load(Ordering::Acquire);
+        let is_ending = self.connection.is_ending();
         for (_, conversation) in self.channels.drain() {
             match conversation {
-                Conversation::Consumer(subscription) => {
-                    self.hub.unsubscribe(&subscription);
+                Channel::Consumer(subscription) => {
+                    self.directory.unwatch(&subscription);
                     // A daemon that ends still shows consumers what its engines have in hand.
                     if !is_ending {
                         subscription.end();
                     }
                 }
-                Conversation::Producer(channel, _) if is_ending => lock(&self.peer.feeds).push(channel),
-                Conversation::Producer(..) => {}
+                Channel::Producer(channel, _) if is_ending => lock(&self.connection.producers).push(channel),
+                Channel::Producer(..) => {}
             }
         }
         if !is_ending {
-            let deadline = Instant::now() + self.hub.limits.timeout;
-            while !self.peer.outbox.is_even() && Instant::now() < deadline {
+            let deadline = Instant::now() + self.directory.limits.timeout;
+            while !self.connection.outbox.is_all_answered() && Instant::now() < deadline {
                 std::thread::sleep(Duration::from_millis(5));
             }
-            self.peer.socket.shutdown(Shutdown::Read);
+            self.connection.socket.shutdown(Shutdown::Read);
         }
     }
 }

@@ -1,7 +1,8 @@
-//! All peers of a daemon, from the moment they connect to the moment their threads have ended.
+//! All connections of a daemon, from their beginning to the end of their threads.
 //!
-//! In: connected sockets. Out: a reader and a writer thread for each; at the end, all of them joined. Invariants: there are never more peers than the limits say; a peer that is one too many is told so. Must not
-//! know: what peers say.
+//! In: connected sockets. Out: a reader and a writer thread for each; at the end, all of them joined.
+//! Invariants: there are never more connections than the limits say. A peer that is one too many gets an error.
+//! Must not know: what peers send.
 
 use std::net::Shutdown;
 use std::sync::{Arc, Mutex, Weak};
@@ -11,27 +12,31 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::bounded;
 use hopes_protocol as wire;
 
-use super::{Peer, Socket, reader, report, writer};
-use crate::daemon::convert::encoded;
-use crate::daemon::streams::{Hub, lock};
+use super::connection::Connection;
+use super::report::report;
+use super::socket::Socket;
+use super::{reader, writer};
+use crate::daemon::encoding::encoded;
+use crate::daemon::locks::lock;
+use crate::daemon::streams::directory::Directory;
 
-/// How long peers may take to read their farewell.
-const FAREWELL: Duration = Duration::from_secs(5);
+/// How long peers may take to read the goodbye.
+const GOODBYE: Duration = Duration::from_secs(5);
 
-/// A thread of a peer needs no deep stack.
+/// The stack of a connection's thread, in bytes.
 const STACK: usize = 1 << 19;
 
 struct Member {
     label: String,
-    /// Gone with its threads, and its socket with it, whenever others look here next.
-    peer: Weak<Peer>,
+    /// Weak, so that the socket is closed as soon as both threads have ended.
+    connection: Weak<Connection>,
     reader: JoinHandle<()>,
     writer: JoinHandle<()>,
 }
 
-/// The peers.
+/// All connections.
 pub struct Registry {
-    hub: Arc<Hub>,
+    directory: Arc<Directory>,
     members: Mutex<Members>,
 }
 
@@ -43,12 +48,12 @@ struct Members {
 }
 
 impl Registry {
-    /// Nobody has connected yet.
-    pub fn new(hub: Arc<Hub>) -> Self {
-        Self { hub, members: Mutex::default() }
+    /// No connections.
+    pub fn new(directory: Arc<Directory>) -> Self {
+        Self { directory, members: Mutex::default() }
     }
 
-    /// Begins to talk with whoever has connected at a place.
+    /// Starts the threads of a connection that came to an address.
     pub fn admit(&self, socket: Socket, place: &str) {
         let mut members = lock(&self.members);
         members.list.retain(|member| !(member.reader.is_finished() && member.writer.is_finished()));
@@ -57,7 +62,7 @@ impl Registry {
         }
         members.admitted += 1;
         let label = format!("peer {} at {place}", members.admitted);
-        let most = self.hub.limits.connections;
+        let most = self.directory.limits.connections;
         if members.list.len() >= most {
             let reason = format!("there are {most} connections, and no more may be: try again later");
             tracing::warn!("{label}: {reason}");
@@ -70,42 +75,46 @@ impl Registry {
     }
 
     fn start(&self, socket: Socket, label: &str) -> std::io::Result<Member> {
-        let (bell, rings) = bounded(1);
-        let peer = Arc::new(Peer::new(label.to_owned(), socket, bell));
+        let (wake, wakes) = bounded(1);
+        let connection = Arc::new(Connection::new(label.to_owned(), socket, wake));
         let named = |what: &str| thread::Builder::new().name(what.to_owned()).stack_size(STACK);
-        let (hub, of_writer) = (Arc::clone(&self.hub), Arc::clone(&peer));
+        let (directory, of_writer) = (Arc::clone(&self.directory), Arc::clone(&connection));
         let writer = named("peer writer").spawn(move || {
-            hub.count_connection();
-            writer::run(&of_writer, &rings, &hub.limits);
-            hub.discount_connection();
+            directory.add_connection();
+            writer::run(&of_writer, &wakes, &directory.limits);
+            directory.remove_connection();
         })?;
-        let (hub, of_reader) = (Arc::clone(&self.hub), Arc::clone(&peer));
-        let reader = named("peer reader").spawn(move || reader::run(&hub, &of_reader));
+        let (directory, of_reader) = (Arc::clone(&self.directory), Arc::clone(&connection));
+        let reader = named("peer reader").spawn(move || reader::run(&directory, &of_reader));
         if reader.is_err() {
-            peer.socket.shutdown(Shutdown::Both);
+            connection.socket.shutdown(Shutdown::Both);
         }
-        Ok(Member { label: label.to_owned(), peer: Arc::downgrade(&peer), reader: reader?, writer })
+        Ok(Member { label: label.to_owned(), connection: Arc::downgrade(&connection), reader: reader?, writer })
     }
 
-    /// Admits nobody any more and takes in nothing more from those who are there.
+    /// Takes no connection any more, and reads nothing more from those that there are.
     pub fn stop_reading(&self) {
         let mut members = lock(&self.members);
         members.is_closing = true;
-        members.list.iter().filter_map(|member| member.peer.upgrade()).for_each(|peer| peer.stop_reading());
+        members
+            .list
+            .iter()
+            .filter_map(|member| member.connection.upgrade())
+            .for_each(|connection| connection.stop_reading());
     }
 
-    /// Says goodbye to all, with the last frame of each stream, and waits until they have heard it; not too long.
+    /// Sends goodbye to all, with the last frame of each stream, and waits a bounded time until it is sent.
     pub fn say_goodbye(&self, reason: &str, streams: &[(String, u64)]) {
         let list = std::mem::take(&mut lock(&self.members).list);
-        let peers = list.iter().filter_map(|member| member.peer.upgrade());
-        peers.for_each(|peer| peer.say_goodbye(reason, streams.to_vec()));
-        let deadline = Instant::now() + FAREWELL;
+        let connections = list.iter().filter_map(|member| member.connection.upgrade());
+        connections.for_each(|connection| connection.say_goodbye(reason, streams.to_vec()));
+        let deadline = Instant::now() + GOODBYE;
         for member in list {
             while !member.writer.is_finished() && Instant::now() < deadline {
                 thread::sleep(Duration::from_millis(2));
             }
-            if let Some(peer) = member.peer.upgrade() {
-                peer.socket.shutdown(Shutdown::Both);
+            if let Some(connection) = member.connection.upgrade() {
+                connection.socket.shutdown(Shutdown::Both);
             }
             for thread in [member.writer, member.reader] {
                 if thread.join().is_err() {
@@ -116,12 +125,12 @@ impl Registry {
     }
 }
 
-/// Tells somebody that there is no room. They have said nothing yet; the banner comes first all the same.
+/// Refuses a peer for want of room. The banner comes first, as always.
 fn turn_away(socket: &Socket, reason: String) {
     let Some(message) = encoded(report(wire::ErrorCode::TooManyConnections, 0, reason)) else { return };
     let header = wire::header(wire::Banner::OURS.lowest, message.kind, 0, message.length);
     let bytes = [&wire::Banner::OURS.encode()[..], &header, &message.bytes].concat();
-    // Who does not take so few bytes at once is not waited for.
+    // A peer that does not take so few bytes at once is not waited for.
     const AT_ONCE: Duration = Duration::from_millis(10);
     let _ = socket.write(&bytes, AT_ONCE).and_then(|()| socket.finish(false, AT_ONCE));
     socket.shutdown(Shutdown::Write);

@@ -1,7 +1,9 @@
-//! Places where peers connect: Unix sockets and TCP ports.
+//! Addresses where peers connect: Unix sockets and TCP ports.
 //!
-//! In: an [`Address`]. Out: connected sockets for the [`Registry`]. Invariants: a Unix socket is never open to others than its owner, not even for a moment; the socket of a daemon that is gone is replaced, that of
-//! one that lives is not; TCP is open to this machine only, unless asked for. Must not know: the protocol.
+//! In: an [`Address`]. Out: connected sockets for the [`Registry`].
+//! Invariants: a Unix socket is never open to others than its owner, not even for a moment. The socket of a daemon that
+//! is gone is replaced, that of a running one is not. TCP is open to this machine only, unless asked for.
+//! Must not know: the protocol.
 
 use std::fs;
 use std::io;
@@ -16,8 +18,9 @@ use std::time::Duration;
 
 use thiserror::Error;
 
-use super::{Registry, Socket};
-use crate::daemon::Address;
+use super::registry::Registry;
+use super::socket::Socket;
+use crate::daemon::address::Address;
 
 /// Why a place cannot be listened at.
 #[derive(Debug, Error)]

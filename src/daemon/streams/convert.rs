@@ -4,22 +4,19 @@
 //! is none on the other. Must not know: bytes, threads.
 
 use std::num::{NonZeroU32, NonZeroU64};
-use std::sync::Arc;
 
 use hopes::topology::{
-    Critical, Diff, EdgeId, Happening, Options, RankedDot, Ranking, Refusal, Step, Track, TrackEvent, Vertex, ViewSpec,
-    Window,
+    Critical, Diff, EdgeId, Happening, Options, Refusal, Step, Track, TrackEvent, Vertex, ViewSpec, Window,
 };
 use hopes_protocol as wire;
-
-use super::board::{Entry, Ranked};
 
 /// What turns the frame before into this one.
 pub fn diff(stream: u32, view: wire::View, step: &Step, rejected: u64) -> wire::Diff {
     wire_diff(stream, step.from, frame_info(view, step, rejected), &step.diff, step.checksum.0)
 }
 
-fn wire_diff(stream: u32, from: u64, frame: wire::FrameInfo, diff: &Diff, checksum: u64) -> wire::Diff {
+/// A diff of the core, as the change of a view from one frame to another.
+pub fn wire_diff(stream: u32, from: u64, frame: wire::FrameInfo, diff: &Diff, checksum: u64) -> wire::Diff {
     wire::Diff {
         stream,
         from,
@@ -48,28 +45,10 @@ pub fn snapshot(stream: u32, view: wire::View, cause: wire::Cause, step: &Step, 
     }
 }
 
-/// What a run of frames has changed together.
-pub fn merged(stream: u32, from: u64, run: &[Arc<Entry>]) -> wire::Diff {
-    let merged = Diff::merged(run.iter().map(|entry| &entry.diff));
-    let last = run.last().expect("a run has entries");
-    let rejected = run.iter().map(|entry| entry.info.rejected).sum();
-    let frame = wire::FrameInfo { rejected, ..last.info.clone() };
-    wire_diff(stream, from, frame, &merged, last.checksum)
-}
-
 /// About how many bytes a snapshot of a frame has on the wire.
 pub fn snapshot_size(frame: &wire::FrameInfo) -> u64 {
     // An id has about four bytes.
     20 * frame.vertices + 8 * frame.vertices.saturating_sub(frame.components) + 24 * frame.cycles
-}
-
-/// The most persistent dots of a frame.
-pub fn ranked(ranking: &Ranking) -> Ranked {
-    let dot = |ranked: &RankedDot| {
-        let (a, b, birth, death) = critical(&ranked.critical);
-        wire::Dot { edge: (a, b), birth, death, center: ranked.hole.center.into(), radius: ranked.hole.radius }
-    };
-    Ranked { frame: ranking.number, total: ranking.total as u64, dots: ranking.dots.iter().map(dot).collect() }
 }
 
 /// A track as it was last seen.
@@ -122,7 +101,8 @@ fn edge([a, b]: &EdgeId) -> wire::Edge {
     (a.0, b.0)
 }
 
-fn critical(critical: &Critical) -> wire::Critical {
+/// A critical edge: its ends, birth and death.
+pub fn critical(critical: &Critical) -> wire::Critical {
     let [a, b] = critical.edge;
     (a.0, b.0, critical.birth, critical.death)
 }
@@ -217,9 +197,4 @@ pub fn refusal_code(refusal: &Refusal) -> wire::RefusalCode {
         Refusal::NotThere { .. } => wire::RefusalCode::NotThere,
         Refusal::Full(_) => wire::RefusalCode::StreamFull,
     }
-}
-
-/// A message to be sent to one or many. Only one of more than 4 GiB cannot be encoded: a snapshot of hundreds of millions of points.
-pub fn encoded(message: impl Into<wire::Message>) -> Option<wire::Shared> {
-    wire::encode_shared(&message.into()).inspect_err(|error| tracing::error!("{error}")).ok()
 }

@@ -1,0 +1,91 @@
+//! A channel on which a peer follows streams: a pattern of names, and a cursor in each stream that matches.
+//!
+//! In: streams as they begin and end, requests of the peer. Out: cursors of the connection, requests to engines.
+//! Invariants: a stream has one cursor per subscription; an ended subscription makes no cursor.
+//! Must not know: how streams are computed, sockets.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+
+use hopes_protocol as wire;
+use wildmatch::WildMatchPattern;
+
+use super::connection::Connection;
+use crate::daemon::locks::lock;
+use crate::daemon::streams::directory::StreamWatcher;
+use crate::daemon::streams::publishing::cursor::{Cursor, Request};
+use crate::daemon::streams::stream::Stream;
+
+/// Matches names in which `*` stands for any run of characters. No name has a NUL, so nothing stands for a single one.
+pub type Pattern = WildMatchPattern<'*', '\0'>;
+
+/// A subscription.
+#[derive(Debug)]
+pub struct Subscription {
+    channel: u32,
+    connection: Arc<Connection>,
+    pattern: Pattern,
+    /// The view of streams that come later.
+    view: Mutex<wire::ChangeView>,
+    /// The tracks wanted of them.
+    tracks: Mutex<wire::TracksWanted>,
+    is_over: AtomicBool,
+}
+
+impl Subscription {
+    /// A subscription on a channel of a connection.
+    pub fn new(channel: u32, connection: Arc<Connection>, pattern: Pattern, view: wire::ChangeView) -> Self {
+        let (view, tracks, is_over) = (Mutex::new(view), Mutex::default(), AtomicBool::new(false));
+        Self { channel, connection, pattern, view, tracks, is_over }
+    }
+
+    /// Makes no cursor any more, and ends those that it has.
+    pub fn end(&self) {
+        self.is_over.store(true, Ordering::Release);
+        self.connection.end_cursors(self.channel);
+    }
+
+    /// Follows another view.
+    pub fn change_view(&self, change: wire::ChangeView) {
+        let cursors = lock(&self.connection.cursors);
+        *lock(&self.view) = change;
+        self.of_channel(&cursors).for_each(|cursor| cursor.request(Request::ChangeView(Arc::clone(cursor), change)));
+    }
+
+    /// Wants tracks, or other tracks.
+    pub fn want_tracks(&self, tracks: wire::TracksWanted) {
+        let cursors = lock(&self.connection.cursors);
+        *lock(&self.tracks) = tracks;
+        self.of_channel(&cursors).for_each(|cursor| cursor.request(Request::WantTracks(Arc::clone(cursor), tracks)));
+    }
+
+    fn of_channel<'a>(&self, cursors: &'a [(u32, Arc<Cursor>)]) -> impl Iterator<Item = &'a Arc<Cursor>> {
+        cursors.iter().filter(|(channel, _)| *channel == self.channel).map(|(_, cursor)| cursor)
+    }
+}
+
+impl StreamWatcher for Subscription {
+    fn matches(&self, name: &str) -> bool {
+        self.pattern.matches(name)
+    }
+
+    fn stream_opened(&self, stream: &Arc<Stream>, resume: Option<wire::Resume>) {
+        let mut cursors = lock(&self.connection.cursors);
+        if self.is_over.load(Ordering::Acquire) {
+            return;
+        }
+        let (view, tracks) = (*lock(&self.view), *lock(&self.tracks));
+        let cursor = stream.cursor(view.dots, tracks, self.connection.wake());
+        cursors.push((self.channel, Arc::clone(&cursor)));
+        stream.join(&cursor, view.view, resume);
+        // The message that the stream is there is sent even if it has no frame.
+        cursor.wake();
+    }
+
+    fn stream_ended(&self, stream: &Arc<Stream>, reason: &str) {
+        let cursors = lock(&self.connection.cursors);
+        self.of_channel(&cursors)
+            .filter(|cursor| Arc::ptr_eq(&cursor.stream, &stream.state))
+            .for_each(|cursor| cursor.close(stream.state.stats.frame(), reason));
+    }
+}

@@ -1,0 +1,183 @@
+//! Running a daemon: starts its parts, waits for a reason to end, ends them in order.
+//!
+//! In: settings, the process' own source and sink, a starter of HTTP, the wish to stop. Out: how it ended.
+//! Invariants: parts end in the order in which data flows: listeners, readers, engines, writers. What was taken in is
+//! finished before the end.
+//! Must not know: what any part does.
+
+use std::io;
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+
+use crossbeam_channel::{Receiver, bounded, select, unbounded};
+
+use super::connections::listener::Listener;
+use super::connections::registry::Registry;
+use super::error::DaemonError;
+use super::http_access::{HttpAccess, StartHttp, StopHttp};
+use super::input_errors::InputErrors;
+use super::settings::{DEFAULT_STREAM, Settings};
+use super::stop::Stop;
+use super::streams::directory::{Directory, EngineEnded};
+use super::streams::engine::{Output, OutputFrame, Standard};
+use super::streams::error::EngineError;
+use super::streams::input::Input;
+use super::streams::queue::{Item, Origin};
+use super::streams::stream::Stream;
+
+/// Frames under way to the sink: one being written, one ready.
+const FRAMES: usize = 2;
+
+/// The reason to end of a daemon whose input has ended.
+const ENDED: &str = "the input has ended";
+
+/// Hands the inputs of stdin to their stream.
+pub struct Feed(Arc<Stream>);
+
+impl Feed {
+    /// Waits while the stream's queue is full. False once the stream takes nothing more.
+    pub fn send(&self, input: Input) -> bool {
+        self.0.queue.push(Item { input, origin: Origin::Stdin }).is_ok()
+    }
+}
+
+/// Reads the process' input to its end, on a thread of its own.
+pub type Source = Box<dyn FnOnce(&Feed) + Send>;
+
+/// Writes the frames of the default stream, one at a time, on a thread of its own. Its first error ends the daemon.
+pub type Sink = Box<dyn FnMut(OutputFrame) -> io::Result<()> + Send>;
+
+/// The thread that writes frames to the sink.
+type Writer = JoinHandle<io::Result<()>>;
+
+/// Serves until it is asked to stop or something fails; without an address to listen at and without HTTP, until the
+/// source ends.
+///
+/// The thread that reads the source is not joined: it may be blocked in a read that never returns, and owns nothing that
+/// has to be finished.
+///
+/// # Errors
+/// [`DaemonError`].
+pub fn run(
+    settings: Settings,
+    source: Option<Source>,
+    sink: Option<Sink>,
+    http: Option<StartHttp>,
+    stop: &Stop,
+) -> Result<(), DaemonError> {
+    if let Some(threads) = settings.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global()?;
+    }
+    let (ended_sender, ended) = unbounded();
+    let directory = Arc::new(Directory::new(&settings, ended_sender));
+    let is_listening = !settings.listen.is_empty() || http.is_some();
+    let (output, writer) = start_writer(sink, &settings, is_listening)?;
+    for (name, stream) in &settings.streams {
+        directory.make(name, *stream, Standard::default())?;
+    }
+    let standard = Standard { input_errors: InputErrors::new(settings.strict), output };
+    let default = (source.is_some() || writer.is_some())
+        .then(|| directory.make(DEFAULT_STREAM, settings.default_stream, standard))
+        .transpose()?;
+    let entrances = Entrances::open(&settings, http, &directory)?;
+    if let (Some(source), Some(stream)) = (source, &default) {
+        start_reader(source, Arc::clone(stream), !is_listening)?;
+    }
+    let outcome = wait(stop.requests(), &ended, default.filter(|_| !is_listening).as_ref());
+    let outcome = entrances.close(&directory, outcome, is_listening);
+    // Engines that failed while they finished have reported it by now.
+    let late = ended.try_iter().find_map(|ended| ended.result.err()).map_or(Ok(()), Err);
+    let written = writer.map_or(Ok(Ok(())), JoinHandle::join).map_err(|_| DaemonError::Thread("writer"))?;
+    written.map_err(DaemonError::Sink).and(outcome).and(late.map_err(DaemonError::from))
+}
+
+fn named(name: &str) -> thread::Builder {
+    thread::Builder::new().name(name.to_owned())
+}
+
+fn start_writer(
+    sink: Option<Sink>,
+    settings: &Settings,
+    is_listening: bool,
+) -> Result<(Option<Output>, Option<Writer>), DaemonError> {
+    let Some(sink) = sink else { return Ok((None, None)) };
+    let (frames, written) = bounded(FRAMES);
+    let writer = named("writer").spawn(move || written.into_iter().try_for_each(sink)).map_err(DaemonError::Start)?;
+    Ok((Some(Output { view: settings.view, frames, is_vital: !is_listening }), Some(writer)))
+}
+
+fn start_reader(source: Source, stream: Arc<Stream>, ends_stream: bool) -> Result<(), DaemonError> {
+    let feed = Feed(stream);
+    let read = move || {
+        source(&feed);
+        feed.send(Input::Close { end: ends_stream });
+    };
+    named("reader").spawn(read).map(drop).map_err(DaemonError::Start)
+}
+
+/// The ways into a daemon: its listeners and its HTTP server.
+struct Entrances {
+    registry: Arc<Registry>,
+    listeners: Vec<Listener>,
+    http: Option<StopHttp>,
+}
+
+impl Entrances {
+    fn open(settings: &Settings, http: Option<StartHttp>, directory: &Arc<Directory>) -> Result<Self, DaemonError> {
+        let registry = Arc::new(Registry::new(Arc::clone(directory)));
+        let mut listeners = Vec::new();
+        for address in &settings.listen {
+            listeners.push(Listener::start(address, settings.allow_remote, Arc::clone(&registry))?);
+        }
+        let access = HttpAccess::new(Arc::clone(directory), Arc::clone(&registry));
+        let http = http.map(|start| start(access)).transpose()?;
+        Ok(Self { registry, listeners, http })
+    }
+
+    /// Takes in nothing more, lets engines finish, and says goodbye to all peers.
+    fn close(
+        self,
+        directory: &Directory,
+        outcome: Result<&'static str, DaemonError>,
+        is_listening: bool,
+    ) -> Result<(), DaemonError> {
+        self.listeners.into_iter().for_each(Listener::stop);
+        self.http.into_iter().for_each(|stop| stop());
+        self.registry.stop_reading();
+        let streams = directory.finish();
+        for (name, frame) in &streams {
+            match outcome {
+                Ok(ENDED) | Err(_) => {}
+                Ok(reason) if is_listening => tracing::info!("{reason}: stream {name:?} stopped after frame {frame}"),
+                Ok(reason) => tracing::info!("{reason}: stopped after frame {frame}"),
+            }
+        }
+        self.registry.say_goodbye(outcome.as_ref().unwrap_or(&"the daemon has failed"), &streams);
+        outcome.map(drop)
+    }
+}
+
+/// Waits for a request to stop, the end of the only stream, or a failure that ends the daemon. Returns the reason.
+fn wait(
+    requests: &Receiver<&'static str>,
+    ended: &Receiver<EngineEnded>,
+    only: Option<&Arc<Stream>>,
+) -> Result<&'static str, DaemonError> {
+    loop {
+        select! {
+            recv(requests) -> reason => return Ok(reason.unwrap_or("nobody is left to ask for an end")),
+            recv(ended) -> ended => {
+                // The directory holds the other end.
+                let Ok(EngineEnded { stream, result }) = ended else { return Ok(ENDED) };
+                let is_only = only.is_some_and(|only| Arc::ptr_eq(only, &stream));
+                match result {
+                    // A panic ends its own stream only.
+                    Err(EngineError::Panicked) if !is_only => {}
+                    Err(error) => return Err(error.into()),
+                    Ok(()) if is_only => return Ok(ENDED),
+                    Ok(()) => {}
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,386 @@
+//! The engine of a stream: a thread that drives the stream's pipeline.
+//!
+//! In: items of the [`Queue`](super::queue::Queue), ticks, and [`Request`]s of consumers. Out: replies to producers, each
+//! view's changes on its log, frames for the output.
+//! Invariants:
+//! * Nothing is computed while nobody follows the stream. A frame is computed once, when it is closed, for everybody.
+//! * Every frame of a view starts from the one before. What is refused is counted in the frame that it was meant for.
+//! * The engine never waits for a consumer; it waits for the output.
+//!
+//! Must not know: parsing, sockets, connections.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, Sender, never, select, tick};
+use hopes::topology::{Contradiction, Follower, Pipeline, TrackOptions, VertexId, ViewSpec, Window};
+use hopes_protocol as wire;
+
+use super::convert;
+use super::error::EngineError;
+use super::input::{Batch, Input};
+use super::publishing::cursor::Request;
+use super::publishing::track_log::TrackFrame;
+use super::publishing::views::{ViewFollower, Views};
+use super::queue::{Item, Origin};
+use super::reply::{BatchReply, RefusalReason};
+use super::roster::Roster;
+use super::stream::{ENDED, Stream};
+use crate::daemon::input_errors::InputErrors;
+use crate::daemon::settings::{Limits, StreamSettings};
+
+/// An estimate of the bytes that a vertex takes in triangulation, tiles and views, measured at a million points.
+const BYTES_OF_A_VERTEX: u64 = 900;
+
+/// An estimate of the bytes that a point of the window takes.
+const BYTES_OF_A_POINT: u64 = 40;
+
+/// A frame of the output.
+#[derive(Debug)]
+pub struct OutputFrame {
+    /// What has changed in the view.
+    pub diff: wire::Diff,
+    /// What has happened to tracks, if they are followed.
+    pub tracks: Option<Arc<TrackFrame>>,
+}
+
+/// Where a stream's frames go besides its consumers. The engine waits for its reader.
+#[derive(Debug)]
+pub struct Output {
+    /// The view that it shows.
+    pub view: wire::View,
+    /// Takes the frames.
+    pub frames: Sender<OutputFrame>,
+    /// Whether the stream ends when the reader has gone.
+    pub is_vital: bool,
+}
+
+/// The process' own input and output, for the stream that has them.
+#[derive(Debug, Default)]
+pub struct Standard {
+    /// Counts what could not be used of the input.
+    pub input_errors: InputErrors,
+    /// Where all frames go.
+    pub output: Option<Output>,
+}
+
+/// What an engine is made of.
+#[derive(Debug)]
+pub struct EngineSettings {
+    /// What the stream does.
+    pub stream: StreamSettings,
+    /// The daemon's limits.
+    pub limits: Limits,
+    /// What is tracked, if anything.
+    pub tracking: Option<TrackOptions>,
+    /// Whether every frame is recomputed and compared.
+    pub is_checking: bool,
+    /// The process' input and output, if this stream has them.
+    pub standard: Standard,
+}
+
+/// A stream at work.
+pub struct Engine {
+    roster: Arc<Roster>,
+    stream: Arc<Stream>,
+    settings: StreamSettings,
+    limits: Limits,
+    is_checking: bool,
+    pipeline: Pipeline,
+    input_errors: InputErrors,
+    views: Views,
+    output: Option<(Output, ViewFollower)>,
+    /// Refused since the last frame.
+    rejected: u64,
+    /// Points taken since the last frame.
+    points: u64,
+    /// Whether anything came since the last frame.
+    pending: bool,
+    newest_time: Option<f64>,
+    /// Time that the frame in hand has taken so far.
+    worked: Duration,
+    /// A producer has ended the stream.
+    is_over: bool,
+}
+
+impl Engine {
+    /// An engine of a stream that is on the roster.
+    pub fn new(roster: Arc<Roster>, stream: Arc<Stream>, settings: EngineSettings) -> Self {
+        let EngineSettings { stream: of_stream, limits, tracking, is_checking, standard } = settings;
+        let views = Views::new(Arc::clone(&stream.state), limits.history, tracking);
+        Self {
+            pipeline: Pipeline::new(of_stream.options),
+            input_errors: standard.input_errors,
+            output: standard.output.map(|output| {
+                let follower = ViewFollower::new(output.view);
+                (output, follower)
+            }),
+            roster,
+            stream,
+            settings: of_stream,
+            limits,
+            is_checking,
+            views,
+            rejected: 0,
+            points: 0,
+            pending: false,
+            newest_time: None,
+            worked: Duration::ZERO,
+            is_over: false,
+        }
+    }
+
+    /// Works until nothing more can come, a producer ends the stream, or the output's reader has gone.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    pub fn run(mut self, wakes: &Receiver<()>, requests: &Receiver<Request>) -> Result<(), EngineError> {
+        let ticks = self.settings.frame_every.map_or_else(never, tick);
+        let worked = self.work(wakes, requests, &ticks);
+        self.stream.queue.close();
+        self.input_errors.sum_up();
+        worked?;
+        requests.try_iter().for_each(|request| self.serve(request));
+        let reason = if self.is_over { "a producer has ended the stream" } else { ENDED };
+        self.views.close(&mut self.pipeline, reason);
+        for producer in self.stream.take_producers() {
+            producer.close(self.pipeline.committed());
+        }
+        tracing::debug!("stream {:?} ended at frame {}", self.stream.state.name, self.pipeline.committed());
+        Ok(())
+    }
+
+    fn work(
+        &mut self,
+        wakes: &Receiver<()>,
+        requests: &Receiver<Request>,
+        ticks: &Receiver<Instant>,
+    ) -> Result<(), EngineError> {
+        while !self.is_over {
+            // Consumers do not wait for producers.
+            while let Ok(request) = requests.try_recv() {
+                self.serve(request);
+            }
+            if ticks.try_recv().is_ok() {
+                self.close_frame(None)?;
+            }
+            match self.stream.queue.pop() {
+                Some(item) => self.take(item)?,
+                None if self.stream.queue.is_finished() => return self.close_last_frame(),
+                None => select! {
+                    recv(wakes) -> _ => {}
+                    recv(requests) -> request => if let Ok(request) = request { self.serve(request) },
+                    recv(ticks) -> _ => self.close_frame(None)?,
+                },
+            }
+        }
+        Ok(())
+    }
+
+    /// What came after the last commit is a frame too. An output gets at least one frame.
+    fn close_last_frame(&mut self) -> Result<(), EngineError> {
+        let is_first = self.pipeline.committed() == 0 && self.output.is_some();
+        if self.pending || is_first { self.close_frame(None) } else { Ok(()) }
+    }
+
+    fn serve(&mut self, request: Request) {
+        self.views.serve(request, &mut self.pipeline);
+        self.update_stats();
+    }
+
+    fn take(&mut self, item: Item) -> Result<(), EngineError> {
+        let Item { input, origin } = item;
+        match input {
+            Input::Points(batch) => self.insert(&batch, &origin)?,
+            Input::Retract(batch) => self.retract(&batch, &origin)?,
+            Input::Commit(time) => self.commit(time, &origin)?,
+            Input::Close { end } => self.close_source(end, &origin)?,
+            Input::Unreadable(error) => {
+                (self.pending, self.rejected) = (true, self.rejected + 1);
+                self.input_errors.add(&error)?;
+            }
+            Input::Failed(reason) => return Err(EngineError::Source(reason)),
+        }
+        Ok(())
+    }
+
+    fn commit(&mut self, time: Option<f64>, origin: &Origin) -> Result<(), EngineError> {
+        if let Some(Err(refusal)) = time.map(|time| self.pipeline.feed_time(time)) {
+            self.rejected += 1;
+            if matches!(origin, Origin::Stdin) {
+                self.input_errors.add(&refusal)?;
+            }
+        }
+        self.close_frame(time.filter(|time| time.is_finite()))?;
+        if let Origin::Producer(reply_to) = origin {
+            reply_to.committed(self.pipeline.committed());
+        }
+        Ok(())
+    }
+
+    fn close_source(&mut self, ends_stream: bool, origin: &Origin) -> Result<(), EngineError> {
+        // What stdin has said after its last commit is a frame.
+        if matches!(origin, Origin::Stdin) && self.pending {
+            self.close_frame(None)?;
+        }
+        if ends_stream {
+            self.close_last_frame()?;
+            // A producer that hears of the end may open the name anew at once: it must be free by then.
+            self.stream.queue.close();
+            self.roster.remove(&self.stream);
+            self.is_over = true;
+        }
+        if let Origin::Producer(reply_to) = origin {
+            self.stream.remove_producer(reply_to.sink());
+            reply_to.sink().close(self.pipeline.committed());
+        }
+        Ok(())
+    }
+
+    fn insert(&mut self, batch: &Batch, origin: &Origin) -> Result<(), EngineError> {
+        let mut reply = BatchReply::new(batch);
+        let no_room = self.no_room();
+        let mut begun = Instant::now();
+        for (index, &(x, y)) in batch.positions.iter().enumerate() {
+            self.pending = true;
+            let time = batch.times.get(index).copied();
+            let placed = match &no_room {
+                Some(full) => Err(full.clone()),
+                None => self.insert_one(x, y, time),
+            };
+            self.note(&mut reply, batch, index, placed)?;
+            if self.settings.frame_points.is_some_and(|limit| self.points >= limit) {
+                self.worked += begun.elapsed();
+                self.close_frame(None)?;
+                begun = Instant::now();
+            }
+        }
+        self.worked += begun.elapsed();
+        self.update_stats();
+        self.stream.state.stats.accepted.fetch_add(reply.accepted(), Ordering::Relaxed);
+        self.stream.state.stats.refused.fetch_add(reply.refused(), Ordering::Relaxed);
+        send(reply, origin);
+        Ok(())
+    }
+
+    fn insert_one(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<VertexId, RefusalReason> {
+        let limit = self.limits.points;
+        // In a window of so many points the oldest leaves when one comes.
+        let makes_room = matches!(self.settings.options.window, Window::Points(length) if length.get() <= limit);
+        if self.pipeline.point_count() >= limit && !makes_room {
+            return Err(RefusalReason::StreamFull { what: "points", limit });
+        }
+        let vertex = self.pipeline.feed_point(x, y, time).map_err(RefusalReason::Refused)?;
+        self.points += 1;
+        self.newest_time = time.into_iter().chain(self.newest_time).reduce(f64::max);
+        Ok(vertex)
+    }
+
+    fn retract(&mut self, batch: &Batch, origin: &Origin) -> Result<(), EngineError> {
+        self.pending = true;
+        let mut reply = BatchReply::new(batch);
+        for (index, &(x, y)) in batch.positions.iter().enumerate() {
+            let retracted = self.pipeline.feed_retraction(x, y).map(|()| VertexId(0)).map_err(RefusalReason::Refused);
+            self.note(&mut reply, batch, index, retracted)?;
+        }
+        self.update_stats();
+        self.stream.state.stats.refused.fetch_add(reply.refused(), Ordering::Relaxed);
+        send(reply, origin);
+        Ok(())
+    }
+
+    /// Counts what became of a point.
+    fn note(
+        &mut self,
+        reply: &mut BatchReply,
+        batch: &Batch,
+        index: usize,
+        placed: Result<VertexId, RefusalReason>,
+    ) -> Result<(), EngineError> {
+        match placed {
+            Ok(vertex) => reply.accept(batch, index, vertex),
+            Err(reason) => {
+                self.rejected += 1;
+                if let Some(line) = batch.lines.get(index) {
+                    let (x, y) = batch.positions[index];
+                    self.input_errors.add(&format_args!("line {line}, point ({x}, {y}): {reason}"))?;
+                }
+                reply.refuse(index, &reason);
+            }
+        }
+        Ok(())
+    }
+
+    /// Why no batch can be taken now, if that is so.
+    fn no_room(&self) -> Option<RefusalReason> {
+        let limits = &self.limits;
+        if self.pipeline.vertex_count() as u64 >= limits.vertices {
+            return Some(RefusalReason::StreamFull { what: "distinct positions", limit: limits.vertices });
+        }
+        if limits.memory == 0 {
+            return None;
+        }
+        let held = self.roster.memory();
+        (held >= limits.memory).then_some(RefusalReason::DaemonFull { held, limit: limits.memory })
+    }
+
+    /// Closes the frame in hand, and publishes it.
+    fn close_frame(&mut self, time: Option<f64>) -> Result<(), EngineError> {
+        let begun = Instant::now();
+        let number = self.pipeline.commit(time.or(self.newest_time));
+        let worked = std::mem::take(&mut self.worked) + begun.elapsed();
+        let rejected = std::mem::take(&mut self.rejected);
+        (self.points, self.pending) = (0, false);
+        self.stream.state.stats.set_frame(number);
+        let begun = Instant::now();
+        let tracks = self.views.publish_tracks(&mut self.pipeline, self.output.is_some());
+        let worked = worked + begun.elapsed() + self.views.publish(&mut self.pipeline, rejected);
+        tracing::trace!("stream {:?}: frame {number} took {worked:?}", self.stream.state.name);
+        self.write_output(rejected, tracks);
+        if self.is_checking {
+            self.check()?;
+        }
+        self.update_stats();
+        Ok(())
+    }
+
+    /// Waits while the reader of the output is behind.
+    fn write_output(&mut self, rejected: u64, tracks: Option<Arc<TrackFrame>>) {
+        let Some((output, follower)) = &mut self.output else { return };
+        let Some(step) = follower.poll(&mut self.pipeline) else { return };
+        let diff = convert::diff(self.stream.state.number, output.view, &step, rejected);
+        if output.frames.send(OutputFrame { diff, tracks }).is_err() {
+            // The reader has gone; the writer's thread says why.
+            (self.is_over, self.output) = (output.is_vital, None);
+        }
+    }
+
+    fn check(&mut self) -> Result<(), Contradiction> {
+        let of_output = self.output.iter().filter_map(|(_, follower)| follower.plain());
+        let mut followers: Vec<&Follower> = of_output.chain(self.views.followers()).collect();
+        let whole = Follower::new(ViewSpec::Full);
+        if followers.is_empty() {
+            followers.push(&whole);
+        }
+        followers.into_iter().try_for_each(|follower| self.pipeline.check(follower))
+    }
+
+    /// Keeps the stream's numbers up to date.
+    fn update_stats(&self) {
+        let (stats, pipeline) = (&self.stream.state.stats, &self.pipeline);
+        let (points, vertices) = (pipeline.point_count(), pipeline.vertex_count() as u64);
+        stats.points.store(points, Ordering::Relaxed);
+        stats.vertices.store(vertices, Ordering::Relaxed);
+        stats.computed.store(pipeline.computed(), Ordering::Relaxed);
+        let held = vertices * BYTES_OF_A_VERTEX + points * BYTES_OF_A_POINT + self.views.bytes() as u64;
+        stats.memory.store(held, Ordering::Relaxed);
+    }
+}
+
+/// Replies to a producer; stdin gets no reply.
+fn send(reply: BatchReply, origin: &Origin) {
+    if let Origin::Producer(reply_to) = origin {
+        reply.send(reply_to);
+    }
+}

@@ -1,0 +1,27 @@
+//! Why the engine of a stream stops before its stream ends.
+//!
+//! In: errors of the input and of the core. Out: one of a few kinds.
+//! Invariants: each says what was wrong.
+//! Must not know: what the daemon does about it.
+
+use hopes::topology::Contradiction;
+use thiserror::Error;
+
+use crate::daemon::input_errors::StrictStop;
+
+/// Why an engine stops.
+#[derive(Debug, Error)]
+pub enum EngineError {
+    /// Under `strict`, the first thing that cannot be used.
+    #[error(transparent)]
+    Refused(#[from] StrictStop),
+    /// Under `check`, the first difference.
+    #[error(transparent)]
+    Contradiction(#[from] Contradiction),
+    /// The source failed.
+    #[error("cannot read the input: {0}")]
+    Source(String),
+    /// It panicked, which is a bug.
+    #[error("the engine thread stopped by itself: please report this")]
+    Panicked,
+}

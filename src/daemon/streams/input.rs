@@ -1,0 +1,64 @@
+//! What a source says to a stream: points, retractions, commits, its end.
+//!
+//! In: values that a reader has parsed. Out: the same, for the queue of a stream.
+//! Invariants: times, tags and lines of a batch are empty or one for each point.
+//! Must not know: queues, threads, the text that they were parsed from.
+
+/// Points of stdin that are handed on together, at most.
+pub const BATCH: usize = 4096;
+
+/// Points to insert or to take back.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Batch {
+    /// Their positions.
+    pub positions: Vec<(f64, f64)>,
+    /// Their event times: none, or one for each point.
+    pub times: Vec<f64>,
+    /// The producer's own numbers: none, or one for each point.
+    pub tags: Vec<u64>,
+    /// The lines of the input that they stand on: none, or one for each point.
+    pub lines: Vec<u64>,
+}
+
+/// One thing that a source says.
+#[derive(Clone, Debug)]
+pub enum Input {
+    /// Points to insert.
+    Points(Batch),
+    /// Points to take back.
+    Retract(Batch),
+    /// The end of a frame, with the time it shall carry.
+    Commit(Option<f64>),
+    /// The source sends nothing more.
+    Close {
+        /// Whether the stream ends too.
+        end: bool,
+    },
+    /// Something that could not be read, with where and why.
+    Unreadable(String),
+    /// The source has failed and sends nothing more.
+    Failed(String),
+}
+
+/// An item takes the room of so many points besides its own, so that a queue of commits is bounded.
+pub const ROOM_OF_AN_ITEM: usize = 16;
+
+impl Input {
+    /// The room that it takes in a queue, in points.
+    pub fn room(&self) -> usize {
+        self.points() + ROOM_OF_AN_ITEM
+    }
+
+    /// Its points.
+    pub fn points(&self) -> usize {
+        match self {
+            Self::Points(batch) | Self::Retract(batch) => batch.positions.len(),
+            _ => 0,
+        }
+    }
+
+    /// Whether a full queue may drop it.
+    pub fn may_be_dropped(&self) -> bool {
+        matches!(self, Self::Points(_) | Self::Retract(_))
+    }
+}

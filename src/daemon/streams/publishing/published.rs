@@ -1,0 +1,70 @@
+//! What a stream publishes beside its views: the newest dots and the log of its tracks.
+//!
+//! In: dots of the newest frame, frames of tracks. Out: the same, shared.
+//! Invariants: dots are published whole, for one frame; a reader that holds them does not block the engine.
+//! Must not know: who reads it.
+
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use hopes::topology::{RankedDot, Ranking};
+use hopes_protocol as wire;
+
+use super::track_log::TrackLog;
+use crate::daemon::locks::lock;
+use crate::daemon::streams::convert;
+
+/// The most persistent dots of a frame.
+#[derive(Debug, PartialEq)]
+pub struct PublishedDots {
+    /// The frame.
+    pub frame: u64,
+    /// The number of all dots.
+    pub total: u64,
+    /// As many as any consumer wants, the most persistent first.
+    pub dots: Vec<wire::Dot>,
+}
+
+impl PublishedDots {
+    /// The dots of a ranking.
+    pub fn new(ranking: &Ranking) -> Self {
+        let dot = |ranked: &RankedDot| {
+            let (a, b, birth, death) = convert::critical(&ranked.critical);
+            wire::Dot { edge: (a, b), birth, death, center: ranked.hole.center.into(), radius: ranked.hole.radius }
+        };
+        Self { frame: ranking.number, total: ranking.total as u64, dots: ranking.dots.iter().map(dot).collect() }
+    }
+
+    /// What a consumer gets that wants so many.
+    pub fn top(&self, most: usize) -> (u64, &[wire::Dot]) {
+        (self.total, &self.dots[..most.min(self.dots.len())])
+    }
+
+    /// Whether there are as many as a consumer may get that wants so many.
+    pub fn has_top(&self, most: usize) -> bool {
+        self.dots.len() as u64 == self.total || self.dots.len() >= most
+    }
+}
+
+/// What a stream publishes beside its views.
+#[derive(Debug, Default)]
+pub struct Published {
+    dots: Mutex<Option<Arc<PublishedDots>>>,
+    tracks: Mutex<TrackLog>,
+}
+
+impl Published {
+    /// The log of its tracks.
+    pub fn tracks(&self) -> MutexGuard<'_, TrackLog> {
+        lock(&self.tracks)
+    }
+
+    /// The newest dots, if any consumer wants them.
+    pub fn dots(&self) -> Option<Arc<PublishedDots>> {
+        lock(&self.dots).clone()
+    }
+
+    /// Publishes other dots.
+    pub fn set_dots(&self, dots: Option<PublishedDots>) {
+        *lock(&self.dots) = dots.map(Arc::new);
+    }
+}

@@ -1,0 +1,103 @@
+//! What everybody may see of a stream: its identity, its numbers, what it publishes.
+//!
+//! In: what the engine counts and publishes. Out: the same, to connections and metrics.
+//! Invariants: identity never changes; numbers are read without a lock.
+//! Must not know: the queue, the engine, cursors, connections.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use hopes::topology::Options;
+use hopes_protocol as wire;
+
+use super::convert;
+use super::frame_times::FrameTimes;
+use super::publishing::published::Published;
+
+/// The part of a stream that is shared.
+#[derive(Debug)]
+pub struct StreamState {
+    /// Unique as long as the daemon runs.
+    pub number: u32,
+    /// Its name.
+    pub name: String,
+    /// Differs between streams of one name.
+    pub epoch: u64,
+    /// Which points stay.
+    pub options: Options,
+    /// What it publishes beside its views.
+    pub published: Published,
+    /// What is counted.
+    pub stats: Stats,
+}
+
+impl StreamState {
+    /// A stream without frames.
+    pub fn new(number: u32, name: String, epoch: u64, options: Options) -> Self {
+        Self { number, name, epoch, options, published: Published::default(), stats: Stats::default() }
+    }
+
+    /// The first message of a subscription to it.
+    pub fn opened(&self) -> wire::StreamOpened {
+        wire::StreamOpened {
+            stream: self.number,
+            name: self.name.clone(),
+            epoch: self.epoch,
+            window: convert::wire_window(self.options.window),
+            resolution: self.options.resolution,
+            frame: self.stats.frame(),
+        }
+    }
+
+    /// Its entry in a list of streams.
+    pub fn info(&self, producers: usize) -> wire::StreamInfo {
+        let stats = &self.stats;
+        wire::StreamInfo {
+            stream: self.number,
+            name: self.name.clone(),
+            epoch: self.epoch,
+            window: convert::wire_window(self.options.window),
+            resolution: self.options.resolution,
+            frame: stats.frame(),
+            points: stats.points.load(Ordering::Relaxed),
+            vertices: stats.vertices.load(Ordering::Relaxed),
+            producers: producers as u32,
+            consumers: stats.consumers.load(Ordering::Relaxed) as u32,
+        }
+    }
+}
+
+/// What is counted of a stream.
+#[derive(Debug, Default)]
+pub struct Stats {
+    frame: AtomicU64,
+    /// Points in the window.
+    pub points: AtomicU64,
+    /// Distinct positions.
+    pub vertices: AtomicU64,
+    /// Cursors.
+    pub consumers: AtomicU64,
+    /// Skeletons computed.
+    pub computed: AtomicU64,
+    /// Points accepted.
+    pub accepted: AtomicU64,
+    /// Points refused.
+    pub refused: AtomicU64,
+    /// Frames that a consumer got merged with others.
+    pub lagged: AtomicU64,
+    /// Estimate of bytes held.
+    pub memory: AtomicU64,
+    /// How long frames take.
+    pub times: FrameTimes,
+}
+
+impl Stats {
+    /// The newest frame.
+    pub fn frame(&self) -> u64 {
+        self.frame.load(Ordering::Acquire)
+    }
+
+    /// Another frame was closed.
+    pub fn set_frame(&self, frame: u64) {
+        self.frame.store(frame, Ordering::Release);
+    }
+}
