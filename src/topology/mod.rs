@@ -63,6 +63,7 @@ mod simplified;
 mod simplify;
 mod skeleton;
 mod sorting;
+mod stage;
 #[cfg(test)]
 mod testing;
 mod tiles;
@@ -82,6 +83,7 @@ pub use region::{BoundaryVertex, Region};
 pub use simplified::SimplifiedFollower;
 pub use simplify::{Simplified, simplify};
 pub use skeleton::{DIAGONAL, Dot, Edge, Hole, Skeleton};
+pub use stage::Stage;
 pub use track::{Changed, Happening, Track, TrackEvent, TrackId, TrackOptions, TrackRule, TrackStep, Tracker};
 pub use view::{View, ViewSpec};
 pub use window::Window;

@@ -28,6 +28,7 @@ use super::region::Region;
 use super::sighting::{Sighting, Sightings, sight};
 use super::simplified::SimplifiedFollower;
 use super::skeleton::{Dot, Skeleton};
+use super::stage::{Stage, StageHook};
 use super::tiles::{Dirt, Guide, LEAF, Tiles};
 use super::track::{At, TrackId, TrackStep, Tracker};
 use super::view::{View, ViewSpec};
@@ -130,6 +131,7 @@ pub struct Pipeline {
     /// Whether changes are followed in tiles whatever the effort.
     is_for_tiles_only: bool,
     computed: u64,
+    stages: StageHook,
 }
 
 impl Pipeline {
@@ -156,7 +158,33 @@ impl Pipeline {
             leaf: LEAF,
             is_for_tiles_only: false,
             computed: 0,
+            stages: StageHook::default(),
         }
+    }
+
+    /// Has a listener called at the begin of each [`Stage`] of every frame that is computed, on the thread that polls the frame. A caller
+    /// with a clock can so split a frame's time into triangulation and reduction. It replaces the listener before; a clone of
+    /// the pipeline reports to the same one. Without a listener nothing is called.
+    ///
+    /// ```
+    /// use std::sync::{Arc, Mutex};
+    /// use std::time::Instant;
+    ///
+    /// use hopes::topology::{Options, Pipeline, Stage};
+    ///
+    /// let mut pipeline = Pipeline::new(Options::default());
+    /// let began = Arc::new(Mutex::new(Vec::new()));
+    /// let log = Arc::clone(&began);
+    /// pipeline.set_stage_listener(move |stage| log.lock().unwrap().push((stage, Instant::now())));
+    /// pipeline.feed_points(&[[0.0, 0.0], [2.0, 0.0], [1.0, 1.5]], None);
+    /// pipeline.commit(None);
+    /// pipeline.poll_frame();
+    /// let began = began.lock().unwrap();
+    /// let [(Stage::Triangulation, start), (Stage::Reduction, middle), (Stage::Done, end)] = began[..] else { panic!() };
+    /// println!("triangulation {:?}, reduction {:?}", middle - start, end - middle);
+    /// ```
+    pub fn set_stage_listener(&mut self, listener: impl Fn(Stage) + Send + Sync + 'static) {
+        self.stages = StageHook::new(listener);
     }
 
     /// Makes room for so many more points at once; less work later, no other effect.
@@ -394,6 +422,7 @@ impl Pipeline {
         if self.reached == self.committed {
             return;
         }
+        self.stages.begin(Stage::Triangulation);
         let change = self.cloud.take_change();
         let is_for_tiles = self.is_for_tiles(&change);
         self.dirt.clear();
@@ -401,6 +430,7 @@ impl Pipeline {
         let by = if is_for_tiles { Update::Stepwise } else { Delaunay::faster(&self.cloud, &change) };
         let update = self.delaunay.apply_by(by, &self.cloud, &change, &mut guide);
         self.disturb_regions(&change, update);
+        self.stages.begin(Stage::Reduction);
         let told = self.is_followed.then(|| Change::of_cloud(self.reached, &self.cloud, &change));
         self.reached = self.committed;
         self.computed += 1;
@@ -427,6 +457,7 @@ impl Pipeline {
                 told.map(|told| told.with_trees(&old.unwrap_or(Tree::Empty), &self.tree()))
             }
         };
+        self.stages.begin(Stage::Done);
     }
 
     /// Lets go of regions that a change may have changed.
