@@ -7,7 +7,7 @@ use std::num::{NonZeroU32, NonZeroU64};
 use std::sync::Arc;
 
 use hopes::topology::{
-    Critical, Diff, EdgeId, Happening, Options, RankedDot, Ranking, Refusal, Step, Track, TrackEvent, Vertex, ViewSpec,
+    Critical, Diff, EdgeId, EventKind, Options, RankedDot, Ranking, Refusal, Step, Track, TrackEvent, Vertex, ViewSpec,
     Window,
 };
 use hopes_protocol as wire;
@@ -81,17 +81,17 @@ pub fn track(track: &Track) -> wire::Track {
 
 /// What has happened to a track.
 pub fn track_event(event: &TrackEvent) -> wire::TrackEvent {
-    let happening = match event.happening {
-        Happening::Born => wire::Happening::Born,
-        Happening::Split { from } => wire::Happening::Split(from.0),
-        Happening::Updated(changed) => {
+    let happening = match event.kind {
+        EventKind::Born => wire::Happening::Born,
+        EventKind::Split { from } => wire::Happening::Split(from.0),
+        EventKind::Updated(changed) => {
             let hopes::topology::Changed { center, birth, death } = changed;
             wire::Happening::Updated(wire::TrackChanges { center, birth, death })
         }
-        Happening::Unselected => wire::Happening::Unselected,
-        Happening::Reselected => wire::Happening::Reselected,
-        Happening::Merged { into } => wire::Happening::Merged(into.0),
-        Happening::Died => wire::Happening::Died,
+        EventKind::Unselected => wire::Happening::Unselected,
+        EventKind::Reselected => wire::Happening::Reselected,
+        EventKind::Merged { into } => wire::Happening::Merged(into.0),
+        EventKind::Died => wire::Happening::Died,
     };
     let time = event.time.filter(|time| time.is_finite());
     wire::TrackEvent { frame: event.frame, time, happening, track: track(&event.track) }
