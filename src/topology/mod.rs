@@ -33,64 +33,36 @@
 //! * Angles, orientations and circles are tested exactly; which edges are in the skeleton is exact in the lengths as doubles have them.
 //! * The same cloud has the same numbers, bit for bit, however it was reached.
 
-mod assignment;
-mod basins;
-mod change;
+mod base;
 mod cloud;
-mod cocircular;
-mod cycle;
-mod delaunay;
-mod diagram;
-mod diff;
-mod filtration;
-mod follow;
-mod gaps;
-mod geometry;
-mod held;
-mod hole;
-mod kept_regions;
-mod merge;
-mod mesh;
-mod parts;
+mod frames;
 mod pipeline;
-mod position;
-mod ranking;
-mod recognition;
-mod reduction;
-mod region;
-mod sighting;
-mod simplified;
-mod simplify;
+mod plane;
 mod skeleton;
-mod sorting;
 #[cfg(test)]
 mod testing;
-mod tiles;
-mod track;
-mod view;
-mod window;
+mod tracks;
 
-pub use cloud::{Cloud, CloudChange, Refusal, Slot, Vertex, VertexId};
-pub use cycle::Cycles;
-pub use diff::{ApplyError, Checksum, Critical, Diff, EdgeId, Presence, Snapshot};
-pub use follow::{Follower, Step};
-pub use gaps::{Gap, Margins, Selection, diagonal_gaps, select, vertical_gaps};
-pub use pipeline::{Contradiction, Frame, Options, Pipeline};
-pub use position::{Axis, CoordinateError, MAX_COORDINATE, MIN_COORDINATE, Position};
-pub use ranking::{RankedDot, Ranking};
-pub use region::{BoundaryVertex, Region};
-pub use simplified::SimplifiedFollower;
-pub use simplify::{Simplified, simplify};
-pub use skeleton::{DIAGONAL, Dot, Edge, Hole, Skeleton};
-pub use track::{Changed, Happening, Track, TrackEvent, TrackId, TrackOptions, TrackRule, TrackStep, Tracker};
-pub use view::{View, ViewSpec};
-pub use window::Window;
+pub use cloud::{
+    Axis, Cloud, CloudChange, CoordinateError, MAX_COORDINATE, MIN_COORDINATE, Position, Refusal, Slot, Vertex,
+    VertexId, Window,
+};
+pub use frames::{ApplyError, Checksum, Diff, Follower, Frame, Presence, SimplifiedFollower, Snapshot, Step};
+pub use pipeline::{Contradiction, Options, Pipeline, Stage, Tracker};
+pub use plane::elements::DIAGONAL;
+pub use plane::holes::{BoundaryVertex, Region};
+pub use skeleton::{
+    Critical, Cycles, Dot, Edge, EdgeId, Gap, Hole, Margins, RankedDot, Ranking, Selection, Simplified, Skeleton, View,
+    ViewSpec, diagonal_gaps, select, simplify, vertical_gaps,
+};
+pub use tracks::{Changed, EventKind, Track, TrackEvent, TrackId, TrackOptions, TrackRule, TrackStep};
 
 /// The stages between the cloud and its skeleton, for those who want to run or to measure them one by one.
 pub mod stages {
-    pub use super::basins::{Basins, OUTER_BASIN};
-    pub use super::delaunay::{Delaunay, Update, along_curve};
-    pub use super::filtration::{Filtration, Maximum, Suspect};
-    pub use super::mesh::{Mesh, MeshEdge, OUTER_FACE};
-    pub use super::reduction::{Elders, Link, Pair, Reduction, TotalOrder, reduce};
+    pub use super::plane::along_curve;
+    pub use super::plane::basins::{Basins, OUTER_BASIN};
+    pub use super::plane::delaunay::{Delaunay, Update};
+    pub use super::plane::filtration::{Filtration, Maximum, Suspect};
+    pub use super::plane::mesh::{Mesh, MeshEdge, OUTER_FACE};
+    pub use super::plane::reduction::{Elders, Link, Pair, Reduction, TotalOrder, reduce};
 }

@@ -2,8 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::pipeline::{Options, Pipeline};
-use super::skeleton::Skeleton;
+use super::{Options, Pipeline, Skeleton};
 
 /// Points of a cloud, some of them equal perhaps.
 pub(super) type Points = Vec<[f64; 2]>;

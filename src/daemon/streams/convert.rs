@@ -1,12 +1,13 @@
-//! Between the core's types and those of the wire: the only place where both are known.
+//! Between the core's types and those of the wire.
 //!
-//! In: steps, options, refusals of the core; messages of the protocol. Out: the same of the other side. Invariants: numbers go over bit by bit; what is infinite on one side
-//! is none on the other. Must not know: bytes, threads.
+//! In: steps, options, refusals of the core; messages of the protocol. Out: the same of the other side.
+//! Invariants: numbers go over bit by bit; what is infinite on one side is none on the other.
+//! Must not know: bytes, threads.
 
 use std::num::{NonZeroU32, NonZeroU64};
 
 use hopes::topology::{
-    Critical, Diff, EdgeId, Happening, Options, Refusal, Step, Track, TrackEvent, Vertex, ViewSpec, Window,
+    Critical, Diff, EdgeId, EventKind, Options, Refusal, Step, Track, TrackEvent, Vertex, ViewSpec, Window,
 };
 use hopes_protocol as wire;
 
@@ -60,17 +61,17 @@ pub fn track(track: &Track) -> wire::Track {
 
 /// What has happened to a track.
 pub fn track_event(event: &TrackEvent) -> wire::TrackEvent {
-    let happening = match event.happening {
-        Happening::Born => wire::Happening::Born,
-        Happening::Split { from } => wire::Happening::Split(from.0),
-        Happening::Updated(changed) => {
+    let happening = match event.kind {
+        EventKind::Born => wire::Happening::Born,
+        EventKind::Split { from } => wire::Happening::Split(from.0),
+        EventKind::Updated(changed) => {
             let hopes::topology::Changed { center, birth, death } = changed;
             wire::Happening::Updated(wire::TrackChanges { center, birth, death })
         }
-        Happening::Unselected => wire::Happening::Unselected,
-        Happening::Reselected => wire::Happening::Reselected,
-        Happening::Merged { into } => wire::Happening::Merged(into.0),
-        Happening::Died => wire::Happening::Died,
+        EventKind::Unselected => wire::Happening::Unselected,
+        EventKind::Reselected => wire::Happening::Reselected,
+        EventKind::Merged { into } => wire::Happening::Merged(into.0),
+        EventKind::Died => wire::Happening::Died,
     };
     let time = event.time.filter(|time| time.is_finite());
     wire::TrackEvent { frame: event.frame, time, happening, track: track(&event.track) }

@@ -26,6 +26,7 @@ use super::publishing::views::{ViewFollower, Views};
 use super::queue::{Item, Origin};
 use super::reply::{BatchReply, RefusalReason};
 use super::roster::Roster;
+use super::stage_clock::StageClock;
 use super::stream::{ENDED, Stream};
 use crate::daemon::input_errors::InputErrors;
 use crate::daemon::settings::{Limits, StreamSettings};
@@ -88,6 +89,7 @@ pub struct Engine {
     limits: Limits,
     is_checking: bool,
     pipeline: Pipeline,
+    clock: Arc<StageClock>,
     input_errors: InputErrors,
     views: Views,
     output: Option<(Output, ViewFollower)>,
@@ -109,8 +111,12 @@ impl Engine {
     pub fn new(roster: Arc<Roster>, stream: Arc<Stream>, settings: EngineSettings) -> Self {
         let EngineSettings { stream: of_stream, limits, tracking, is_checking, standard } = settings;
         let views = Views::new(Arc::clone(&stream.state), limits.history, tracking);
+        let (mut pipeline, clock) = (Pipeline::new(of_stream.options), Arc::new(StageClock::default()));
+        let of_pipeline = Arc::clone(&clock);
+        pipeline.set_stage_listener(move |stage| of_pipeline.begin(stage));
         Self {
-            pipeline: Pipeline::new(of_stream.options),
+            pipeline,
+            clock,
             input_errors: standard.input_errors,
             output: standard.output.map(|output| {
                 let follower = ViewFollower::new(output.view);
@@ -329,20 +335,38 @@ impl Engine {
     fn close_frame(&mut self, time: Option<f64>) -> Result<(), EngineError> {
         let begun = Instant::now();
         let number = self.pipeline.commit(time.or(self.newest_time));
-        let worked = std::mem::take(&mut self.worked) + begun.elapsed();
+        let fed = std::mem::take(&mut self.worked) + begun.elapsed();
         let rejected = std::mem::take(&mut self.rejected);
         (self.points, self.pending) = (0, false);
         self.stream.state.stats.set_frame(number);
         let begun = Instant::now();
         let tracks = self.views.publish_tracks(&mut self.pipeline, self.output.is_some());
-        let worked = worked + begun.elapsed() + self.views.publish(&mut self.pipeline, rejected);
-        tracing::trace!("stream {:?}: frame {number} took {worked:?}", self.stream.state.name);
+        let computed = begun.elapsed() + self.views.publish(&mut self.pipeline, rejected);
+        tracing::trace!("stream {:?}: frame {number} took {:?}", self.stream.state.name, fed + computed);
+        let published = begun.elapsed();
         self.write_output(rejected, tracks);
+        self.note_times(fed, published);
         if self.is_checking {
             self.check()?;
         }
         self.update_stats();
         Ok(())
+    }
+
+    /// Adds a frame to the histograms, if it was computed.
+    fn note_times(&self, fed: Duration, published: Duration) {
+        let stages = self.clock.take();
+        let computed = stages.triangulation + stages.reduction;
+        if computed.is_zero() {
+            return;
+        }
+        // What only the output needed was computed after publishing, and waiting for its reader is no work of a frame.
+        let publishing = published.saturating_sub(computed);
+        let times = &self.stream.state.stats.times;
+        times.triangulation.observe(stages.triangulation.as_secs_f64());
+        times.reduction.observe(stages.reduction.as_secs_f64());
+        times.publishing.observe(publishing.as_secs_f64());
+        times.total.observe((fed + computed + publishing).as_secs_f64());
     }
 
     /// Waits while the reader of the output is behind.

@@ -22,5 +22,6 @@ pub mod publishing;
 pub mod queue;
 pub mod reply;
 pub mod roster;
+pub mod stage_clock;
 pub mod stream;
 pub mod stream_state;

@@ -1,0 +1,200 @@
+//! Positions in the plane, and the one order among them.
+//!
+//! In: pairs of doubles from anywhere. Out: [`Position`]s, which are finite, inside the limits of exact arithmetic,
+//! free of negative zeros, and totally ordered by x, then y. Every tie in this crate is broken by that order.
+//! Invariant: two positions are equal exactly when their bits are. Must not know: identifiers, triangulations.
+
+use std::cmp::Ordering;
+
+use thiserror::Error;
+
+/// Largest magnitude of a coordinate: 2^201. Beyond it the exact predicates could overflow.
+pub const MAX_COORDINATE: f64 = f64::from_bits((1023 + 201) << 52);
+
+/// Smallest magnitude of a coordinate that is not zero: 2^-142. Below it the exact predicates could underflow.
+pub const MIN_COORDINATE: f64 = f64::from_bits((1023 - 142) << 52);
+
+/// A point of the plane that the exact predicates can handle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Position {
+    x: f64,
+    y: f64,
+}
+
+/// Which coordinate of a point an error is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// The first coordinate.
+    X,
+    /// The second coordinate.
+    Y,
+}
+
+impl std::fmt::Display for Axis {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Axis::X => "x",
+            Axis::Y => "y",
+        })
+    }
+}
+
+/// Why a pair of numbers is not a [`Position`].
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum CoordinateError {
+    /// NaN or an infinity.
+    #[error("{axis} = {value} is not a finite number: leave the point out or mend its source")]
+    NotFinite {
+        /// The coordinate at fault.
+        axis: Axis,
+        /// Its value.
+        value: f64,
+    },
+    /// Magnitude above [`MAX_COORDINATE`].
+    #[error("{axis} = {value:e} is beyond 2^201 (3.2e60): use a larger unit")]
+    TooLarge {
+        /// The coordinate at fault.
+        axis: Axis,
+        /// Its value.
+        value: f64,
+    },
+    /// Not zero, but of magnitude below [`MIN_COORDINATE`].
+    #[error("{axis} = {value:e} is nearer to 0 than 2^-142 (1.8e-43): use a smaller unit, or 0")]
+    TooSmall {
+        /// The coordinate at fault.
+        axis: Axis,
+        /// Its value.
+        value: f64,
+    },
+}
+
+impl Position {
+    /// The position (`x`, `y`); a negative zero becomes zero.
+    ///
+    /// # Errors
+    /// [`CoordinateError`] when a coordinate is not finite or outside the limits of exact arithmetic.
+    pub fn new(x: f64, y: f64) -> Result<Self, CoordinateError> {
+        Ok(Self { x: coordinate(Axis::X, x)?, y: coordinate(Axis::Y, y)? })
+    }
+
+    /// A position that was computed from others and lies between them: its coordinates may only be too near to 0, and become 0 then.
+    pub(crate) fn between(x: f64, y: f64) -> Self {
+        let [x, y] = [x, y].map(|v| if v.abs() < MIN_COORDINATE { 0.0 } else { v });
+        Self { x, y }
+    }
+
+    /// The nearest node of the grid of step `resolution` (halves away from zero).
+    ///
+    /// # Errors
+    /// As [`Position::new`], for the node.
+    pub fn snapped(self, resolution: f64) -> Result<Self, CoordinateError> {
+        let snap = |v: f64| (v / resolution).round() * resolution;
+        Self::new(snap(self.x), snap(self.y))
+    }
+
+    /// First coordinate.
+    #[inline]
+    pub fn x(self) -> f64 {
+        self.x
+    }
+
+    /// Second coordinate.
+    #[inline]
+    pub fn y(self) -> f64 {
+        self.y
+    }
+
+    /// Both coordinates.
+    #[inline]
+    pub fn xy(self) -> [f64; 2] {
+        [self.x, self.y]
+    }
+}
+
+fn coordinate(axis: Axis, value: f64) -> Result<f64, CoordinateError> {
+    let magnitude = value.abs();
+    if !value.is_finite() {
+        Err(CoordinateError::NotFinite { axis, value })
+    } else if magnitude > MAX_COORDINATE {
+        Err(CoordinateError::TooLarge { axis, value })
+    } else if magnitude < MIN_COORDINATE && magnitude > 0.0 {
+        Err(CoordinateError::TooSmall { axis, value })
+    } else {
+        // -0.0 + 0.0 is 0.0: equal positions then have equal bits.
+        Ok(value + 0.0)
+    }
+}
+
+impl Eq for Position {}
+
+impl PartialOrd for Position {
+    #[inline]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Position {
+    #[inline]
+    fn cmp(&self, other: &Self) -> Ordering {
+        // Neither NaN nor -0.0 is a coordinate, so plain comparisons are a total order, and quicker than `total_cmp`.
+        let by = |a: f64, b: f64| (a > b).cmp(&(a < b));
+        by(self.x, other.x).then_with(|| by(self.y, other.y))
+    }
+}
+
+/// Something and where it is.
+pub type Located<S> = (Position, S);
+
+/// A quarter of the squared distance of `a` and `b`: the squared scale at which a Gabriel edge enters.
+#[inline]
+pub fn half_length_squared(a: Position, b: Position) -> f64 {
+    let (dx, dy) = (a.x() - b.x(), a.y() - b.y());
+    (dx * dx + dy * dy) * 0.25
+}
+
+/// Distance of `a` and `b`.
+pub fn distance(a: Position, b: Position) -> f64 {
+    2.0 * half_length_squared(a, b).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_inclusive_and_zero_is_allowed() {
+        for v in [0.0, -0.0, MIN_COORDINATE, -MIN_COORDINATE, MAX_COORDINATE, -MAX_COORDINATE] {
+            assert!(Position::new(v, 1.0).is_ok(), "{v:e}");
+        }
+        assert_eq!(MAX_COORDINATE, 2f64.powi(201));
+        assert_eq!(MIN_COORDINATE, 2f64.powi(-142));
+    }
+
+    #[test]
+    fn refusals_name_the_coordinate() {
+        let refusal = |x, y| Position::new(x, y).unwrap_err().to_string();
+        assert!(refusal(1.0, f64::NAN).starts_with("y = NaN is not a finite number"));
+        assert!(refusal(f64::NEG_INFINITY, 1.0).starts_with("x = -inf is not a finite number"));
+        assert!(refusal(1e61, 1.0).starts_with("x = 1e61 is beyond"));
+        assert!(refusal(1.0, 1e-43).starts_with("y = 1e-43 is nearer to 0"));
+    }
+
+    #[test]
+    fn negative_zero_is_zero() {
+        assert_eq!(Position::new(-0.0, 0.0).unwrap().x().to_bits(), 0);
+    }
+
+    #[test]
+    fn order_is_by_x_then_y() {
+        let at = |x, y| Position::new(x, y).unwrap();
+        assert!(at(-1.0, 5.0) < at(0.0, -5.0));
+        assert!(at(0.0, -5.0) < at(0.0, 5.0));
+    }
+
+    #[test]
+    fn snapping_rounds_to_the_grid() {
+        let p = Position::new(0.26, -0.74).unwrap().snapped(0.5).unwrap();
+        assert_eq!(p.xy(), [0.5, -0.5]);
+    }
+}

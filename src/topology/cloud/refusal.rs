@@ -1,0 +1,42 @@
+//! Why a cloud refuses a point.
+//!
+//! In: a point that cannot be taken. Out: the reason, in words for its sender. Invariant: a refused point has changed nothing.
+
+use thiserror::Error;
+
+use super::position::CoordinateError;
+
+/// Why a point was refused. The cloud is as it was.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum Refusal {
+    /// The position cannot be computed with.
+    #[error(transparent)]
+    Coordinate(#[from] CoordinateError),
+    /// A time window cannot place a point without a time.
+    #[error("the point has no event time, which a time window needs: give one (t), at least to the first point")]
+    NoTime,
+    /// The event time is not a number.
+    #[error("event time {0} is not a finite number")]
+    TimeNotFinite(f64),
+    /// The point is older than the time window already is.
+    #[error(
+        "event time {time} is before {oldest}, where the time window begins by now: send points sooner or widen it"
+    )]
+    TooLate {
+        /// Its event time.
+        time: f64,
+        /// The oldest time that the window still holds.
+        oldest: f64,
+    },
+    /// Nothing to retract.
+    #[error("there is no point at ({x}, {y}) to retract")]
+    NotThere {
+        /// First coordinate.
+        x: f64,
+        /// Second coordinate.
+        y: f64,
+    },
+    /// The cloud holds 2^32 - 2 vertices.
+    #[error("the cloud is full ({0} distinct positions): use a window or a resolution")]
+    Full(usize),
+}

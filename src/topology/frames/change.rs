@@ -1,0 +1,115 @@
+//! What turned one frame's skeleton into the next one's.
+//!
+//! In: the [`Difference`] that the tiles found, or two skeletons. Out: a [`Change`], by ids, from which every view's diff follows.
+//! Invariants: it holds what changed and nothing else; it starts from one frame and leads to one. Must not know: views, formats.
+
+use std::cmp::Ordering;
+
+use crate::topology::cloud::{Cloud, CloudChange, Slot, Vertex};
+use crate::topology::skeleton::{Critical, Edge, EdgeId, Skeleton, TreeEdgeId};
+
+/// What turned one skeleton into another.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Change {
+    /// Number of the frame it starts from; 0 for the empty skeleton.
+    pub from: u64,
+    /// Vertices that are new, by id.
+    pub vertices_added: Vec<Vertex>,
+    /// Vertices that are gone, by id.
+    pub vertices_removed: Vec<Vertex>,
+    /// Tree edges that are new, in no order.
+    pub tree_added: Vec<TreeEdgeId>,
+    /// Tree edges that are gone, in no order.
+    pub tree_removed: Vec<TreeEdgeId>,
+    /// Which dots have changed; not told of after one pass, where asking for those that are shown is quicker.
+    pub dots: Option<DotChange>,
+}
+
+/// Which dots have changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DotChange {
+    /// Dots that are new or have a new label, in no order.
+    pub added: Vec<Critical>,
+    /// Dots that are gone or had another label, in no order.
+    pub removed: Vec<Critical>,
+}
+
+impl Change {
+    /// By vertices alone.
+    pub fn of_cloud(from: u64, cloud: &Cloud, change: &CloudChange) -> Self {
+        // A slot that was emptied in this change still says what it held.
+        let vertices = |slots: &[Slot]| slots.iter().map(|&slot| cloud.vertex(slot)).collect();
+        Self {
+            from,
+            vertices_added: vertices(&change.appeared),
+            vertices_removed: vertices(&change.vanished),
+            ..Self::default()
+        }
+    }
+
+    /// Adds edges that are in one of two trees alone.
+    pub fn with_trees(mut self, old: &Tree<'_>, new: &Tree<'_>) -> Self {
+        let (mut old, mut new) = (old.iter().peekable(), new.iter().peekable());
+        loop {
+            let order = match (old.peek(), new.peek()) {
+                (None, None) => return self,
+                (Some(_), None) => Ordering::Less,
+                (None, Some(_)) => Ordering::Greater,
+                (Some(a), Some(b)) => a.edge.cmp(&b.edge),
+            };
+            let gone = if order.is_le() { old.next() } else { None };
+            let come = if order.is_ge() { new.next() } else { None };
+            if order.is_ne() {
+                self.tree_removed.extend(gone.map(Entry::with_scale));
+                self.tree_added.extend(come.map(Entry::with_scale));
+            }
+        }
+    }
+}
+
+/// The tree of a skeleton that is held, in order.
+pub enum Tree<'a> {
+    /// There was none.
+    Empty,
+    /// Of a whole skeleton.
+    Whole(&'a Skeleton),
+    /// Gathered from tiles.
+    Gathered(Vec<TreeEdgeId>),
+}
+
+/// An edge of such a tree. Its scale is computed where it is asked for: most edges do not change.
+struct Entry<'a> {
+    edge: EdgeId,
+    scale: Scale<'a>,
+}
+
+enum Scale<'a> {
+    Known(f64),
+    Of(&'a Skeleton, Edge),
+}
+
+impl Entry<'_> {
+    fn with_scale(self) -> TreeEdgeId {
+        let scale = match self.scale {
+            Scale::Known(scale) => scale,
+            Scale::Of(skeleton, edge) => skeleton.half_length(edge),
+        };
+        TreeEdgeId { edge: self.edge, scale }
+    }
+}
+
+impl<'a> Tree<'a> {
+    fn iter(&'a self) -> Box<dyn Iterator<Item = Entry<'a>> + 'a> {
+        match self {
+            Self::Empty => Box::new(std::iter::empty()),
+            Self::Whole(skeleton) => {
+                let id = |vertex: u32| skeleton.vertices()[vertex as usize].id;
+                let entry = move |&edge: &Edge| Entry { edge: edge.map(id), scale: Scale::Of(skeleton, edge) };
+                Box::new(skeleton.tree().iter().map(entry))
+            }
+            Self::Gathered(tree) => {
+                Box::new(tree.iter().map(|edge| Entry { edge: edge.edge, scale: Scale::Known(edge.scale) }))
+            }
+        }
+    }
+}

@@ -1,0 +1,355 @@
+//! What a consumer holds of a stream, and the smallest change that brings it up to date.
+//!
+//! In: two [`Snapshot`]s of one stream. Out: a [`Diff`]. The contract, as an equation: `old.apply(&old.diff(&new)) == new`. Invariants:
+//! all lists are sorted and without repetitions; equal snapshots have an empty diff; nothing stands in a diff that did not
+//! change; the checksum of a snapshot is the sum of its elements' hashes, so that it can be kept by differences too. Must not
+//! know: formats, how snapshots came about.
+
+use std::cmp::Ordering;
+use std::fmt;
+
+use thiserror::Error;
+
+use crate::topology::cloud::{Position, Vertex, VertexId};
+use crate::topology::skeleton::{Critical, EdgeId, Simplified, Skeleton, View};
+
+/// A view of a frame by ids: all that a consumer has to hold.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Snapshot {
+    /// All vertices of the cloud, by id.
+    pub vertices: Vec<Vertex>,
+    /// The view's tree edges, in order.
+    pub tree: Vec<EdgeId>,
+    /// The view's critical edges, in order of their ends.
+    pub critical: Vec<Critical>,
+}
+
+/// What turns one snapshot into another.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Diff {
+    /// Vertices that are new, by id.
+    pub vertices_added: Vec<Vertex>,
+    /// Vertices that are gone, in order.
+    pub vertices_removed: Vec<VertexId>,
+    /// Tree edges that are new, in order.
+    pub tree_added: Vec<EdgeId>,
+    /// Tree edges that are gone, in order.
+    pub tree_removed: Vec<EdgeId>,
+    /// Critical edges that are new or have a new label, in order.
+    pub critical_set: Vec<Critical>,
+    /// Critical edges that are gone, in order.
+    pub critical_removed: Vec<EdgeId>,
+    /// Critical edges that are gone or have a new label, as they were, in order. [`Snapshot::apply`] does not need them; merging diffs does.
+    pub critical_before: Vec<Critical>,
+}
+
+/// Why a diff does not fit a snapshot: it starts from another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum ApplyError {
+    /// A vertex to remove is not there, or one to add is.
+    #[error("the diff does not start from this snapshot: vertex {} is {}", .0.0, there(*.1))]
+    Vertex(VertexId, Presence),
+    /// A tree edge to remove is not there, or one to add is.
+    #[error("the diff does not start from this snapshot: tree edge {}-{} is {}", .0[0].0, .0[1].0, there(*.1))]
+    Tree(EdgeId, Presence),
+    /// A critical edge to remove is not there.
+    #[error("the diff does not start from this snapshot: critical edge {}-{} is {}", .0[0].0, .0[1].0, there(*.1))]
+    Critical(EdgeId, Presence),
+}
+
+/// How an element of a snapshot contradicts a diff.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// It is there, and should not be.
+    There,
+    /// It is not there, and should be.
+    Missing,
+}
+
+fn there(presence: Presence) -> &'static str {
+    match presence {
+        Presence::There => "there already",
+        Presence::Missing => "not there",
+    }
+}
+
+/// Proves that a mirror equals its original: the sum, modulo 2^64, of a hash of each element.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Checksum(pub u64);
+
+impl fmt::Display for Checksum {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:016x}", self.0)
+    }
+}
+
+impl Snapshot {
+    /// What a consumer of `view` holds.
+    pub fn new(skeleton: &Skeleton, view: &View) -> Self {
+        let dots = view.critical.iter().map(|&index| &skeleton.dots()[index as usize]);
+        let mut critical: Vec<Critical> = dots.map(|dot| skeleton.critical(dot)).collect();
+        critical.sort_unstable_by_key(|critical| critical.edge);
+        let tree = view.tree.iter().map(|&edge| skeleton.edge_id(edge)).collect();
+        Self { vertices: skeleton.vertices().to_vec(), tree, critical }
+    }
+
+    /// What turns this snapshot into `new`.
+    pub fn diff(&self, new: &Snapshot) -> Diff {
+        let mut diff = Diff::default();
+        merge(
+            &self.vertices,
+            &new.vertices,
+            |v| v.id,
+            |change| match change {
+                (Some(old), None) => diff.vertices_removed.push(old.id),
+                (None, Some(new)) => diff.vertices_added.push(*new),
+                // Only a simplified view's vertices move.
+                (Some(old), Some(new)) if old != new => {
+                    diff.vertices_removed.push(old.id);
+                    diff.vertices_added.push(*new);
+                }
+                _ => {}
+            },
+        );
+        merge(
+            &self.tree,
+            &new.tree,
+            |edge| *edge,
+            |change| match change {
+                (Some(old), None) => diff.tree_removed.push(*old),
+                (None, Some(new)) => diff.tree_added.push(*new),
+                _ => {}
+            },
+        );
+        merge(
+            &self.critical,
+            &new.critical,
+            |critical| critical.edge,
+            |change| match change {
+                (Some(old), None) => {
+                    diff.critical_removed.push(old.edge);
+                    diff.critical_before.push(*old);
+                }
+                (None, Some(new)) => diff.critical_set.push(*new),
+                (Some(old), Some(new)) if old != new => {
+                    diff.critical_set.push(*new);
+                    diff.critical_before.push(*old);
+                }
+                _ => {}
+            },
+        );
+        diff
+    }
+
+    /// What a consumer of a simplified view holds: its vertices have the smallest of the ids that they stand for, and all its edges are tree edges.
+    pub fn of_simplified(skeleton: &Skeleton, simplified: &Simplified) -> Self {
+        let mut ids = vec![VertexId(u64::MAX); simplified.positions.len()];
+        for (vertex, &image) in skeleton.vertices().iter().zip(&simplified.image) {
+            let id = &mut ids[image as usize];
+            *id = vertex.id.min(*id);
+        }
+        let positions = simplified.positions.iter().map(|&[x, y]| Position::between(x, y));
+        let mut vertices: Vec<Vertex> =
+            ids.iter().zip(positions).map(|(&id, position)| Vertex { id, position }).collect();
+        vertices.sort_unstable_by_key(|vertex| vertex.id);
+        let mut tree: Vec<EdgeId> = (simplified.edges.iter())
+            .map(|edge| edge.map(|end| ids[end as usize]))
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .collect();
+        tree.sort_unstable();
+        Self { vertices, tree, critical: Vec::new() }
+    }
+
+    /// The snapshot that a diff leads to.
+    ///
+    /// # Errors
+    /// [`ApplyError`] when the diff starts from another snapshot.
+    pub fn apply(&self, diff: &Diff) -> Result<Snapshot, ApplyError> {
+        Ok(Snapshot {
+            vertices: patch(&self.vertices, &diff.vertices_removed, &diff.vertices_added, |v| v.id, false)
+                .map_err(|(id, presence)| ApplyError::Vertex(id, presence))?,
+            tree: patch(&self.tree, &diff.tree_removed, &diff.tree_added, |edge| *edge, false)
+                .map_err(|(edge, presence)| ApplyError::Tree(edge, presence))?,
+            critical: patch(&self.critical, &diff.critical_removed, &diff.critical_set, |c| c.edge, true)
+                .map_err(|(edge, presence)| ApplyError::Critical(edge, presence))?,
+        })
+    }
+
+    /// Proves equality: see [`Checksum`].
+    pub fn checksum(&self) -> Checksum {
+        let mut checksum = Checksum::default();
+        self.vertices.iter().for_each(|vertex| checksum.add_vertex(vertex));
+        self.tree.iter().for_each(|edge| checksum.add_tree(edge));
+        self.critical.iter().for_each(|critical| checksum.add_critical(critical));
+        checksum
+    }
+}
+
+impl Checksum {
+    /// Counts a vertex in.
+    pub fn add_vertex(&mut self, vertex: &Vertex) {
+        self.0 = self.0.wrapping_add(hash_of_vertex(vertex));
+    }
+
+    /// Counts a vertex out.
+    pub fn remove_vertex(&mut self, vertex: &Vertex) {
+        self.0 = self.0.wrapping_sub(hash_of_vertex(vertex));
+    }
+
+    /// Counts a tree edge in.
+    pub fn add_tree(&mut self, edge: &EdgeId) {
+        self.0 = self.0.wrapping_add(hash_of_tree(edge));
+    }
+
+    /// Counts a tree edge out.
+    pub fn remove_tree(&mut self, edge: &EdgeId) {
+        self.0 = self.0.wrapping_sub(hash_of_tree(edge));
+    }
+
+    /// Counts a critical edge in.
+    pub fn add_critical(&mut self, critical: &Critical) {
+        self.0 = self.0.wrapping_add(hash_of_critical(critical));
+    }
+
+    /// Counts a critical edge out.
+    pub fn remove_critical(&mut self, critical: &Critical) {
+        self.0 = self.0.wrapping_sub(hash_of_critical(critical));
+    }
+}
+
+fn hash_of_vertex(vertex: &Vertex) -> u64 {
+    let [x, y] = vertex.position.xy().map(f64::to_bits);
+    hash(&[1, vertex.id.0, x, y])
+}
+
+fn hash_of_tree([a, b]: &EdgeId) -> u64 {
+    hash(&[2, a.0, b.0])
+}
+
+fn hash_of_critical(critical: &Critical) -> u64 {
+    let [a, b] = critical.edge;
+    hash(&[3, a.0, b.0, critical.birth.to_bits(), critical.death.to_bits()])
+}
+
+impl Diff {
+    /// Whether it changes nothing.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Walks two sorted lists in step: elements of one alone, or of both by equal keys.
+fn merge<T, K: Ord>(old: &[T], new: &[T], key: impl Fn(&T) -> K, mut visit: impl FnMut((Option<&T>, Option<&T>))) {
+    let (mut old, mut new) = (old.iter().peekable(), new.iter().peekable());
+    loop {
+        let order = match (old.peek(), new.peek()) {
+            (None, None) => return,
+            (Some(_), None) => Ordering::Less,
+            (None, Some(_)) => Ordering::Greater,
+            (Some(a), Some(b)) => key(a).cmp(&key(b)),
+        };
+        visit(match order {
+            Ordering::Less => (old.next(), None),
+            Ordering::Greater => (None, new.next()),
+            Ordering::Equal => (old.next(), new.next()),
+        });
+    }
+}
+
+/// Removes and adds by key; `replaces` says whether adding to a key that is there replaces its element.
+fn patch<T: Copy, K: Ord + Copy>(
+    old: &[T],
+    removed: &[K],
+    added: &[T],
+    key: impl Fn(&T) -> K,
+    replaces: bool,
+) -> Result<Vec<T>, (K, Presence)> {
+    let mut removed = removed.iter().copied().peekable();
+    let mut result = Vec::with_capacity(old.len() + added.len());
+    let mut error = None;
+    merge(old, added, &key, |pair| {
+        let (Some(&element), there) = (pair.1.or(pair.0), pair.0.is_some()) else { return };
+        let is_removed = there && removed.next_if_eq(&key(&element)).is_some();
+        match pair {
+            (Some(_), Some(_)) if !replaces && !is_removed => {
+                error.get_or_insert((key(&element), Presence::There));
+            }
+            (Some(_), None) if is_removed => {}
+            _ => result.push(element),
+        }
+    });
+    let missing = removed.next().map(|key| (key, Presence::Missing));
+    error.or(missing).map_or(Ok(result), Err)
+}
+
+/// Folds words into one with the finaliser of SplitMix64, so that every bit of every word counts.
+fn hash(words: &[u64]) -> u64 {
+    words.iter().fold(0, |hash, word| {
+        let z = (hash ^ word).wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn snapshot(vertices: &[u64], tree: &[[u64; 2]], critical: &[(u64, u64, f64)]) -> Snapshot {
+        let at = |id: u64| Vertex { id: VertexId(id), position: Position::new(id as f64, 0.5).unwrap() };
+        Snapshot {
+            vertices: vertices.iter().copied().map(at).collect(),
+            tree: tree.iter().map(|edge| edge.map(VertexId)).collect(),
+            critical: critical
+                .iter()
+                .map(|&(a, b, death)| Critical { edge: [VertexId(a), VertexId(b)], birth: 1.0, death })
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn a_diff_leads_from_one_to_the_other() {
+        let old = snapshot(&[1, 2, 3], &[[1, 2], [2, 3]], &[(1, 3, 5.0)]);
+        let new = snapshot(&[2, 3, 4], &[[2, 3], [3, 4]], &[(2, 4, 6.0)]);
+        let diff = old.diff(&new);
+        assert_eq!(old.apply(&diff), Ok(new.clone()));
+        assert_eq!(diff.vertices_removed, [VertexId(1)]);
+        assert_eq!(diff.tree_added, [[VertexId(3), VertexId(4)]]);
+        assert_eq!(diff.critical_removed, [[VertexId(1), VertexId(3)]]);
+        assert_ne!(old.checksum(), new.checksum());
+    }
+
+    #[test]
+    fn a_new_label_alone_is_set() {
+        let old = snapshot(&[1, 2], &[], &[(1, 2, 5.0)]);
+        let new = snapshot(&[1, 2], &[], &[(1, 2, 5.5)]);
+        let diff = old.diff(&new);
+        assert_eq!((diff.critical_set.len(), diff.critical_removed.len()), (1, 0));
+        assert_eq!(old.apply(&diff), Ok(new));
+    }
+
+    #[test]
+    fn equal_snapshots_have_an_empty_diff() {
+        let one = snapshot(&[1, 2], &[[1, 2]], &[]);
+        assert!(one.diff(&one).is_empty());
+        assert_eq!(Snapshot::default().checksum(), Checksum(0));
+    }
+
+    #[test]
+    fn a_diff_from_elsewhere_is_refused_by_name() {
+        let old = snapshot(&[1, 2], &[[1, 2]], &[]);
+        let missing = Diff { vertices_removed: vec![VertexId(7)], ..Diff::default() };
+        assert_eq!(old.apply(&missing), Err(ApplyError::Vertex(VertexId(7), Presence::Missing)));
+        let there = Diff { tree_added: old.tree.clone(), ..Diff::default() };
+        let error = old.apply(&there).unwrap_err();
+        assert_eq!(error.to_string(), "the diff does not start from this snapshot: tree edge 1-2 is there already");
+    }
+
+    /// The README defines the checksum: these values are part of the interface.
+    #[test]
+    fn checksums_are_frozen() {
+        assert_eq!(snapshot(&[1], &[], &[]).checksum().to_string(), "c5178fb7f54c40d9");
+        assert_eq!(snapshot(&[1, 2], &[[1, 2]], &[(1, 2, 5.0)]).checksum().to_string(), "27d77e13534e81a6");
+    }
+}

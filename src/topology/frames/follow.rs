@@ -1,0 +1,194 @@
+//! A view that is followed from frame to frame, at the cost of what changes in it.
+//!
+//! In: the [`Change`] of a frame, and the skeleton as it is held now. Out: a [`Step`]: the [`Diff`] of the view, its checksum and counts. A view
+//! shows tree edges up to some scale and dots by a rule; both are told of one edge or dot alone, given the scales that the gaps
+//! choose. So a change is filtered; only when those scales move, edges and dots between the old ones and the new ones are looked for besides.
+//! Invariants: steps give what [`Snapshot::diff`](super::diff::Snapshot::diff) gives for the views of the whole skeletons; a follower that has missed a
+//! frame gets all of the view as new. Must not know: how skeletons are found, formats.
+
+use std::collections::{BTreeMap, HashSet};
+
+use super::change::Change;
+use super::diff::{Checksum, Diff};
+use super::held::HeldSkeleton;
+use super::step::Step;
+use super::view_rule::ViewRule;
+use crate::topology::skeleton::{Critical, EdgeId, TreeEdgeId, ViewSpec};
+
+/// Follows one view.
+#[derive(Clone, Debug)]
+pub struct Follower {
+    spec: ViewSpec,
+    /// The frame it has been brought to; 0 for none.
+    frame: u64,
+    rule: ViewRule,
+    edges: usize,
+    /// Labels of the critical edges shown.
+    critical: BTreeMap<EdgeId, [f64; 2]>,
+    checksum: Checksum,
+}
+
+impl Follower {
+    /// Has seen nothing yet.
+    pub fn new(spec: ViewSpec) -> Self {
+        Self {
+            spec,
+            frame: 0,
+            rule: ViewRule::NOTHING,
+            edges: 0,
+            critical: BTreeMap::new(),
+            checksum: Checksum::default(),
+        }
+    }
+
+    /// What it follows.
+    pub fn spec(&self) -> ViewSpec {
+        self.spec
+    }
+
+    /// Number of the frame it has been brought to; 0 for none.
+    pub fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// Number of tree edges that it shows.
+    pub fn edges(&self) -> usize {
+        self.edges
+    }
+
+    /// Number of independent cycles that it shows.
+    pub fn cycles(&self) -> usize {
+        self.critical.len()
+    }
+
+    /// Proves what it shows.
+    pub fn checksum(&self) -> Checksum {
+        self.checksum
+    }
+
+    /// Brings it to frame `number`. `change` is that of the frame, if it starts from the one that was reached before.
+    pub(crate) fn advance(&mut self, number: u64, held: &mut impl HeldSkeleton, change: Option<&Change>) -> Step {
+        let selection = held.select(self.spec);
+        let rule = ViewRule::new(self.spec, selection.as_ref());
+        let mut diff = Diff::default();
+        let from = match change {
+            Some(change) => {
+                self.follow_vertices(change, &mut diff);
+                self.follow_tree(change, held, rule.limit, &mut diff);
+                self.follow_dots(change, held, &rule, &mut diff);
+                change.from
+            }
+            None => {
+                *self = Self::new(self.spec);
+                self.begin(held, &rule, &mut diff);
+                0
+            }
+        };
+        diff.critical_before.sort_unstable_by_key(|dot| dot.edge);
+        self.rule = rule;
+        self.frame = number;
+        let vertices = held.vertex_count();
+        Step {
+            number,
+            from,
+            time: None,
+            points: 0,
+            vertices,
+            spec: self.spec,
+            selection,
+            components: vertices - self.edges,
+            cycles: self.critical.len(),
+            diff,
+            checksum: self.checksum,
+        }
+    }
+
+    fn begin(&mut self, held: &impl HeldSkeleton, rule: &ViewRule, diff: &mut Diff) {
+        diff.vertices_added = held.vertices();
+        diff.vertices_added.iter().for_each(|vertex| self.checksum.add_vertex(vertex));
+        diff.tree_added = held.tree_between(None, rule.limit).into_iter().map(|edge| edge.edge).collect();
+        self.count_tree(diff);
+        self.show_dots(held.dots_down_to(rule.least).into_iter().filter(|dot| rule.shows(dot)).collect(), diff);
+    }
+
+    fn follow_vertices(&mut self, change: &Change, diff: &mut Diff) {
+        change.vertices_added.iter().for_each(|vertex| self.checksum.add_vertex(vertex));
+        change.vertices_removed.iter().for_each(|vertex| self.checksum.remove_vertex(vertex));
+        diff.vertices_added.clone_from(&change.vertices_added);
+        diff.vertices_removed = change.vertices_removed.iter().map(|vertex| vertex.id).collect();
+    }
+
+    fn follow_tree(&mut self, change: &Change, held: &impl HeldSkeleton, limit: f64, diff: &mut Diff) {
+        let old = self.rule.limit;
+        let up_to = |edges: &[TreeEdgeId], limit: f64| -> Vec<EdgeId> {
+            edges.iter().filter(|edge| edge.scale <= limit).map(|edge| edge.edge).collect()
+        };
+        diff.tree_removed = up_to(&change.tree_removed, old);
+        diff.tree_added = up_to(&change.tree_added, limit);
+        if limit != old {
+            // Edges that stay in the tree, but come into view or go out of it.
+            let new: HashSet<EdgeId> = change.tree_added.iter().map(|edge| edge.edge).collect();
+            let moved = held.tree_between(Some(old.min(limit)), old.max(limit)).into_iter().map(|edge| edge.edge);
+            let moved = moved.filter(|edge| !new.contains(edge));
+            if limit > old { diff.tree_added.extend(moved) } else { diff.tree_removed.extend(moved) }
+        }
+        self.count_tree(diff);
+    }
+
+    fn count_tree(&mut self, diff: &mut Diff) {
+        diff.tree_added.sort_unstable();
+        diff.tree_removed.sort_unstable();
+        diff.tree_added.iter().for_each(|edge| self.checksum.add_tree(edge));
+        diff.tree_removed.iter().for_each(|edge| self.checksum.remove_tree(edge));
+        self.edges = self.edges + diff.tree_added.len() - diff.tree_removed.len();
+    }
+
+    fn follow_dots(&mut self, change: &Change, held: &impl HeldSkeleton, rule: &ViewRule, diff: &mut Diff) {
+        let Some(changed) = change.dots.as_ref().filter(|_| rule.same_dots(&self.rule)) else {
+            let shown = held.dots_down_to(rule.least).into_iter().filter(|dot| rule.shows(dot)).collect();
+            return self.show_dots(shown, diff);
+        };
+        let added: BTreeMap<EdgeId, Critical> =
+            changed.added.iter().filter(|dot| rule.shows(dot)).map(|dot| (dot.edge, *dot)).collect();
+        let mut removed: Vec<EdgeId> =
+            changed.removed.iter().filter(|dot| rule.shows(dot)).map(|dot| dot.edge).collect();
+        removed.sort_unstable();
+        for edge in removed.into_iter().filter(|edge| !added.contains_key(edge)) {
+            self.hide_dot(edge, diff);
+        }
+        added.into_values().for_each(|dot| self.show_dot(dot, diff));
+    }
+
+    /// Shows these dots and no others.
+    fn show_dots(&mut self, mut dots: Vec<Critical>, diff: &mut Diff) {
+        dots.sort_unstable_by_key(|dot| dot.edge);
+        let stays = |edge: &EdgeId| dots.binary_search_by_key(edge, |dot| dot.edge).is_ok();
+        let gone: Vec<EdgeId> = self.critical.keys().copied().filter(|edge| !stays(edge)).collect();
+        gone.into_iter().for_each(|edge| self.hide_dot(edge, diff));
+        dots.into_iter().for_each(|dot| self.show_dot(dot, diff));
+    }
+
+    fn show_dot(&mut self, dot: Critical, diff: &mut Diff) {
+        let label = [dot.birth, dot.death];
+        match self.critical.insert(dot.edge, label) {
+            Some(old) if old == label => return,
+            Some([birth, death]) => {
+                let old = Critical { birth, death, ..dot };
+                self.checksum.remove_critical(&old);
+                diff.critical_before.push(old);
+            }
+            None => {}
+        }
+        self.checksum.add_critical(&dot);
+        diff.critical_set.push(dot);
+    }
+
+    fn hide_dot(&mut self, edge: EdgeId, diff: &mut Diff) {
+        if let Some([birth, death]) = self.critical.remove(&edge) {
+            let old = Critical { edge, birth, death };
+            self.checksum.remove_critical(&old);
+            diff.critical_removed.push(edge);
+            diff.critical_before.push(old);
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! A closed frame as a whole.
+//!
+//! In: nothing. Out: the type that a pipeline gives. Must not know: how skeletons are found.
+
+use crate::topology::skeleton::{Skeleton, View, ViewSpec};
+
+/// One closed frame.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// Counts commits, from 1.
+    pub number: u64,
+    /// The time given at its commit.
+    pub time: Option<f64>,
+    /// Points in the window, duplicates among them.
+    pub points: u64,
+    /// The skeleton of the cloud.
+    pub skeleton: Skeleton,
+}
+
+impl Frame {
+    /// A part of the frame's skeleton.
+    pub fn view(&self, spec: ViewSpec) -> View {
+        View::new(&self.skeleton, spec)
+    }
+}

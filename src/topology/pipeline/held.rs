@@ -1,0 +1,147 @@
+//! A skeleton as it is held between frames: as a whole after one pass, in tiles after steps. Both answer what followers ask.
+//!
+//! In: a [`Skeleton`], or [`Tiles`] with the [`Diagram`] of their dots. Out: what [`HeldSkeleton`] promises. Invariants: both give the same answers. Must not
+//! know: which frames there were before.
+
+use super::holes::hole;
+use super::tiled;
+use crate::topology::cloud::{Cloud, Slot, Vertex};
+use crate::topology::frames::{Diagram, HeldSkeleton, NamedDot};
+use crate::topology::plane::elements::TileDot;
+use crate::topology::plane::tiles::Tiles;
+use crate::topology::skeleton::{Critical, Dot, Selection, Skeleton, TreeEdgeId, ViewSpec, select};
+use crate::topology::tracks::{Sighting, SightingSource, in_order};
+
+/// Held as a whole.
+pub struct WholeSkeleton<'a> {
+    /// The cloud as of the skeleton's frame.
+    pub cloud: &'a Cloud,
+    /// The skeleton.
+    pub skeleton: &'a Skeleton,
+}
+
+impl WholeSkeleton<'_> {
+    /// By slots; takes time in proportion to the cloud.
+    fn sight(&self, dots: &[&Dot]) -> Vec<Sighting> {
+        // Both lists are by id.
+        let slots: Vec<Slot> = self.cloud.vertices().map(|(slot, _)| slot).collect();
+        let slot = |vertex: u32| slots[vertex as usize];
+        let sighting = |dot: &&Dot| {
+            let critical = self.skeleton.critical(dot);
+            Sighting::new(self.cloud, critical, dot.edge.map(slot), dot.triangle.map(slot), self.skeleton.hole(dot))
+        };
+        dots.iter().map(sighting).collect()
+    }
+}
+
+impl HeldSkeleton for WholeSkeleton<'_> {
+    fn vertex_count(&self) -> usize {
+        self.skeleton.vertices().len()
+    }
+
+    fn vertices(&self) -> Vec<Vertex> {
+        self.skeleton.vertices().to_vec()
+    }
+
+    fn tree_between(&self, low: Option<f64>, high: f64) -> Vec<TreeEdgeId> {
+        let is_between = |edge: &TreeEdgeId| low.is_none_or(|low| edge.scale > low) && edge.scale <= high;
+        let edge = |&edge| TreeEdgeId { edge: self.skeleton.edge_id(edge), scale: self.skeleton.half_length(edge) };
+        self.skeleton.tree().iter().map(edge).filter(is_between).collect()
+    }
+
+    fn dots_down_to(&self, persistence: f64) -> Vec<Critical> {
+        let found = self.skeleton.found().iter().filter(|dot| dot.persistence() >= persistence);
+        found.map(|dot| self.skeleton.critical(dot)).collect()
+    }
+
+    fn select(&mut self, spec: ViewSpec) -> Option<Selection> {
+        match spec {
+            ViewSpec::Derived { k, l } => Some(select(self.skeleton, k, l)),
+            ViewSpec::Full | ViewSpec::Reduced { .. } => None,
+        }
+    }
+}
+
+impl SightingSource for WholeSkeleton<'_> {
+    fn sightings(&mut self, most: usize, least: f64) -> Vec<Sighting> {
+        let mut dots: Vec<&Dot> = self.skeleton.found().iter().filter(|dot| dot.persistence() >= least).collect();
+        if (1..dots.len()).contains(&most) {
+            let by_persistence = |a: &&Dot, b: &&Dot| b.persistence().total_cmp(&a.persistence());
+            let (_, last, _) = dots.select_nth_unstable_by(most - 1, by_persistence);
+            let least = last.persistence();
+            dots.retain(|dot| dot.persistence() >= least);
+        }
+        let mut sightings = self.sight(if most == 0 { &[] } else { &dots });
+        in_order(&mut sightings);
+        sightings
+    }
+}
+
+/// Held in tiles.
+pub struct TiledSkeleton<'a> {
+    /// Names the tiles' slots.
+    pub cloud: &'a Cloud,
+    /// The skeleton.
+    pub tiles: &'a Tiles,
+    /// Its dots, once gaps were asked for.
+    pub diagram: &'a mut Option<Diagram<TileDot>>,
+}
+
+impl TiledSkeleton<'_> {
+    fn dots(&self) -> impl Iterator<Item = Critical> + '_ {
+        self.tiles.dots().map(|dot| tiled::critical(self.cloud, dot))
+    }
+
+    fn named_dots(&self) -> impl Iterator<Item = NamedDot<TileDot>> + '_ {
+        self.tiles.dots().map(|dot| (tiled::critical(self.cloud, dot), *dot))
+    }
+
+    /// Asks the diagram, which is made first if nobody has asked before.
+    fn with_diagram<T>(&mut self, ask: impl Fn(&mut Diagram<TileDot>, &Self) -> T) -> T {
+        let mut diagram = self.diagram.take().unwrap_or_else(|| Diagram::new(self.named_dots()));
+        let answer = ask(&mut diagram, self);
+        *self.diagram = Some(diagram);
+        answer
+    }
+}
+
+impl HeldSkeleton for TiledSkeleton<'_> {
+    fn vertex_count(&self) -> usize {
+        self.cloud.vertex_count()
+    }
+
+    fn vertices(&self) -> Vec<Vertex> {
+        self.cloud.vertices().map(|(_, vertex)| vertex).collect()
+    }
+
+    fn tree_between(&self, low: Option<f64>, high: f64) -> Vec<TreeEdgeId> {
+        let edges =
+            self.tiles.tree_between(|scale| low.is_some_and(|low| scale.sqrt() <= low), |scale| scale.sqrt() <= high);
+        edges.iter().map(|edge| tiled::tree_edge(self.cloud, edge)).collect()
+    }
+
+    fn dots_down_to(&self, persistence: f64) -> Vec<Critical> {
+        match &*self.diagram {
+            Some(diagram) if diagram.is_tall(persistence) => diagram.down_to(persistence).copied().collect(),
+            _ => self.dots().filter(|dot| dot.death - dot.birth >= persistence).collect(),
+        }
+    }
+
+    fn select(&mut self, spec: ViewSpec) -> Option<Selection> {
+        let ViewSpec::Derived { k, l } = spec else { return None };
+        Some(self.with_diagram(|diagram, held| diagram.select(k, l, held.tiles.largest_death(), || held.named_dots())))
+    }
+}
+
+impl SightingSource for TiledSkeleton<'_> {
+    fn sightings(&mut self, most: usize, least: f64) -> Vec<Sighting> {
+        let named = self
+            .with_diagram(|diagram, held| diagram.first(most, least, held.tiles.largest_death(), || held.named_dots()));
+        let sighting = |(critical, dot): NamedDot<TileDot>| {
+            Sighting::new(self.cloud, critical, dot.edge, dot.triangle, hole(self.cloud, dot.triangle, dot.death))
+        };
+        let mut sightings: Vec<Sighting> = named.into_iter().map(sighting).collect();
+        in_order(&mut sightings);
+        sightings
+    }
+}

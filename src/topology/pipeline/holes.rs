@@ -1,0 +1,62 @@
+//! What is planar of a dot's hole, handed to the rooms that know no plane.
+//!
+//! In: dots and sightings, the triangulation. Out: holes with their centres, boundaries and regions. Invariant: a hole's centre is the circumcentre of the triangle that names the death. Must
+//! not know: views, events.
+
+use crate::topology::cloud::{Cloud, Slot};
+use crate::topology::plane::delaunay::Delaunay;
+use crate::topology::plane::geometry::circumcircle;
+use crate::topology::plane::holes::{Region, RegionCache, boundary};
+use crate::topology::skeleton::{Dot, Hole, Skeleton};
+use crate::topology::tracks::{HoleRegion, Sighting};
+
+impl Skeleton {
+    /// The hole of a dot: circumcentre and circumradius of the triangle whose filling kills it.
+    pub fn hole(&self, dot: &Dot) -> Hole {
+        let circle = circumcircle(dot.triangle.map(|v| self.vertices()[v as usize].position));
+        Hole { center: circle.center, radius: dot.death }
+    }
+}
+
+/// The hole of a dot by slots.
+pub(super) fn hole(cloud: &Cloud, triangle: [Slot; 3], death: f64) -> Hole {
+    Hole { center: circumcircle(triangle.map(|slot| cloud.position(slot))).center, radius: death }
+}
+
+impl HoleRegion for Region {
+    fn is_unknown(&self) -> bool {
+        self.boundary().is_empty()
+    }
+
+    fn vertex_count(&self) -> usize {
+        self.boundary().iter().map(Vec::len).sum()
+    }
+
+    fn area(&self) -> f64 {
+        self.area()
+    }
+
+    fn contains(&self, point: [f64; 2]) -> bool {
+        self.contains(point)
+    }
+
+    fn is_near(&self, point: [f64; 2]) -> bool {
+        self.is_near(point)
+    }
+}
+
+/// The region of a sighting's hole; found if it is not in the cache.
+pub(super) fn cached_region(
+    regions: &mut RegionCache,
+    cloud: &Cloud,
+    delaunay: &Delaunay,
+    sighting: &Sighting,
+) -> Region {
+    regions.get((sighting.triangle, sighting.critical.edge), || find_region(cloud, delaunay, sighting))
+}
+
+/// The region of a hole, if it is there.
+fn find_region(cloud: &Cloud, delaunay: &Delaunay, sighting: &Sighting) -> Option<Region> {
+    let walks = boundary(delaunay, sighting.name, sighting.edge)?;
+    Some(Region::new(walks, |slot| cloud.id(slot)))
+}

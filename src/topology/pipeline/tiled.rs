@@ -1,0 +1,75 @@
+//! What tiles hold, by the names that the rooms above the plane use.
+//!
+//! In: tiles and differences of them, by slots. Out: skeletons, changes, rankings and names by ids. Invariant: what is given is what one pass gives. Must not
+//! know: how tiles are reduced.
+
+use super::holes::hole;
+use super::one_pass::ranks;
+use crate::topology::cloud::{Cloud, Slot};
+use crate::topology::frames::{Change, DotChange, Persistent, Tree};
+use crate::topology::plane::elements::{TileDot, TreeEdge};
+use crate::topology::plane::tiles::{Difference, Tiles};
+use crate::topology::skeleton::{Critical, Dot, EdgeId, Ranking, Skeleton, TreeEdgeId};
+
+impl Persistent for TileDot {
+    #[inline]
+    fn persistence(&self) -> f64 {
+        self.persistence()
+    }
+}
+
+/// Gathers the skeleton of a cloud's vertices from the tiles over it.
+pub fn skeleton(cloud: &Cloud, tiles: &Tiles) -> Skeleton {
+    let (vertices, rank) = ranks(cloud);
+    let edge_of = |ends: [Slot; 2]| {
+        let [a, b] = ends.map(|slot| rank[slot as usize]);
+        [a.min(b), a.max(b)]
+    };
+    let mut tree = Vec::with_capacity(vertices.len());
+    tree.extend(tiles.tree().map(|edge| edge_of(edge.ends)));
+    let found = tiles.dots().map(|dot| Dot {
+        birth: dot.birth,
+        death: dot.death,
+        edge: edge_of(dot.edge),
+        triangle: dot.triangle.map(|slot| rank[slot as usize]),
+    });
+    Skeleton::from_parts(vertices, tree, found.collect())
+}
+
+/// The tree that tiles hold, in order.
+pub fn tree(cloud: &Cloud, tiles: &Tiles) -> Tree<'static> {
+    let mut tree: Vec<TreeEdgeId> = tiles.tree().map(|edge| tree_edge(cloud, edge)).collect();
+    tree.sort_unstable_by_key(|edge| edge.edge);
+    Tree::Gathered(tree)
+}
+
+/// The most persistent dots that tiles hold.
+pub fn ranking(number: u64, cloud: &Cloud, tiles: &Tiles, most: usize) -> Ranking {
+    let name = |dot: &&TileDot| critical(cloud, dot);
+    let hole = |dot: &&TileDot| hole(cloud, dot.triangle, dot.death);
+    Ranking::new(number, tiles.dots().collect(), most, |dot| dot.persistence(), name, hole)
+}
+
+/// Adds to a change what the tiles found.
+pub fn with_difference(mut change: Change, cloud: &Cloud, difference: &Difference) -> Change {
+    change.tree_added.extend(difference.tree_added.iter().map(|edge| tree_edge(cloud, edge)));
+    change.tree_removed.extend(difference.tree_removed.iter().map(|edge| tree_edge(cloud, edge)));
+    let dots = |dots: &[TileDot]| dots.iter().map(|dot| critical(cloud, dot)).collect();
+    change.dots = Some(DotChange { added: dots(&difference.dots_added), removed: dots(&difference.dots_removed) });
+    change
+}
+
+/// A tile's edge, by ids.
+pub fn tree_edge(cloud: &Cloud, edge: &TreeEdge) -> TreeEdgeId {
+    TreeEdgeId { edge: edge_id(cloud, edge.ends), scale: edge.scale.sqrt() }
+}
+
+/// A tile's dot, by ids.
+pub fn critical(cloud: &Cloud, dot: &TileDot) -> Critical {
+    Critical { edge: edge_id(cloud, dot.edge), birth: dot.birth, death: dot.death }
+}
+
+fn edge_id(cloud: &Cloud, slots: [Slot; 2]) -> EdgeId {
+    let [a, b] = slots.map(|slot| cloud.id(slot));
+    [a.min(b), a.max(b)]
+}

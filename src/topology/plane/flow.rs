@@ -1,0 +1,92 @@
+//! The gradient flow of the alpha filtration, seen from one half-edge of the triangulation.
+//!
+//! In: a half-edge. Out: the triangle beside it, where that flows to, the local maximum on its circle and that maximum's name. Invariants: answers depend
+//! on positions alone, and are exact. Must not know: dots, tiles.
+
+use std::cmp::Ordering;
+
+use super::cocircular::{central_triangle, on_one_circle};
+use super::delaunay::{HalfEdge, HalfEdges};
+use super::geometry::acuteness;
+use crate::topology::cloud::{Located, Slot};
+
+impl HalfEdges<'_> {
+    /// The site opposite to a half-edge in the triangle on its left.
+    #[inline]
+    pub fn apex(self, edge: HalfEdge) -> Located<Slot> {
+        self.origin(self.previous(edge))
+    }
+
+    /// The site opposite to a half-edge on its right, unless the outer face is there.
+    #[inline]
+    pub fn across(self, edge: HalfEdge) -> Option<Located<Slot>> {
+        let twin = self.twin(edge);
+        (!self.is_outer(twin)).then(|| self.apex(twin))
+    }
+
+    /// The ends of a half-edge.
+    #[inline]
+    pub fn ends(self, edge: HalfEdge) -> [Located<Slot>; 2] {
+        [self.origin(edge), self.origin(self.twin(edge))]
+    }
+
+    /// Whether the triangle on the left of a half-edge flows across it: its angle there is a right or an obtuse one. Where the triangle on the right
+    /// has a right angle too, the edge is a diameter, and the one with the smaller apex is called the maximum.
+    pub fn flows(self, edge: HalfEdge) -> bool {
+        let [a, b] = self.ends(edge).map(|site| site.0);
+        let apex = self.apex(edge).0;
+        match acuteness(a, apex, b) {
+            Ordering::Greater => false,
+            Ordering::Less => true,
+            Ordering::Equal => {
+                self.across(edge).is_none_or(|(far, _)| acuteness(a, far, b) != Ordering::Equal || apex > far)
+            }
+        }
+    }
+
+    /// Whether the triangles beside a half-edge share their circle.
+    #[inline]
+    pub fn share_circle(self, edge: HalfEdge) -> bool {
+        let Some((far, _)) = self.across(edge) else { return false };
+        let [a, b] = self.ends(edge).map(|site| site.0);
+        on_one_circle(a, b, self.apex(edge).0, far)
+    }
+
+    /// The local maximum on whose circle the triangle on the left of a half-edge lies; none, if flows lead off that circle. Given by a half-edge
+    /// that has it on its left.
+    pub fn summit_of_circle(self, mut edge: HalfEdge) -> Option<HalfEdge> {
+        while let Some(exit) = self.around(edge).into_iter().find(|&edge| self.flows(edge)) {
+            if !self.share_circle(exit) {
+                return None;
+            }
+            edge = self.twin(exit);
+        }
+        Some(edge)
+    }
+
+    /// The corners of the triangle on the left of a half-edge.
+    #[inline]
+    pub fn corners(self, edge: HalfEdge) -> [Located<Slot>; 3] {
+        self.around(edge).map(|edge| self.origin(edge))
+    }
+
+    /// The half-edges around the triangle on the left of one.
+    #[inline]
+    pub fn around(self, edge: HalfEdge) -> [HalfEdge; 3] {
+        [edge, self.next(edge), self.previous(edge)]
+    }
+
+    /// The triangle that names the local maximum on the left of a half-edge, with all the sites that lie on its circle.
+    pub fn name(self, edge: HalfEdge) -> [Located<Slot>; 3] {
+        let mut sites = self.corners(edge).to_vec();
+        let mut open = self.around(edge).to_vec();
+        while let Some(edge) = open.pop() {
+            let twin = self.twin(edge);
+            if !self.is_outer(twin) && self.share_circle(edge) && self.flows(twin) {
+                sites.push(self.apex(twin));
+                open.extend([self.next(twin), self.previous(twin)]);
+            }
+        }
+        central_triangle(&mut sites)
+    }
+}

@@ -1,0 +1,471 @@
+//! The hole of a dot at its birth: which triangles it is made of, and the walks around it.
+//!
+//! In: a dot by the triangle that names its death and its critical edge, and the triangulation to look around in. Out: a [`Flood`], or loops of
+//! vertices. The hole at birth is the component of the dual graph that the critical edge is about to join to an elder one: all triangles that can be reached
+//! from the one that names the death by crossing edges that come before the critical edge in the total order. An attached edge
+//! is crossed whatever its scale, since its triangle and the edge cancel: a hole is a union of basins. Invariants: a hole costs time in proportion to its
+//! triangles, whatever the cloud; the boundary is made of Gabriel edges no longer than the critical edge, which is one of them; each boundary edge is passed
+//! once, with the hole on its left; edges inside the hole, dangling ones among them, are no boundary; the loops depend on the cloud
+//! alone, not on how cocircular faces are cut into triangles. Must not know: views, frames, how dots are found.
+
+use hashbrown::HashTable;
+
+use crate::topology::cloud::{Located, Position, Slot, half_length_squared};
+use crate::topology::plane::delaunay::{Delaunay, HalfEdge, HalfEdges};
+use crate::topology::plane::geometry::are_cocircular;
+
+/// The boundary of a hole at its birth, as closed walks along the edges of the alpha complex at that scale.
+///
+/// The first walk is the outer one and runs counter-clockwise; the others run clockwise around islands in the hole. A walk begins
+/// at its smallest vertex by position, which is not repeated at its end; it passes a vertex more than once where the boundary touches itself. The
+/// critical edge is on the outer walk, or on an island when what it opens to is inside.
+pub type Walks = Vec<Vec<Located<Slot>>>;
+
+/// The boundary of the hole of a dot; none, if no such dot is of this triangulation.
+pub fn boundary(delaunay: &Delaunay, name: [Located<Slot>; 3], critical: [Position; 2]) -> Option<Walks> {
+    flood(delaunay, name, critical).map(|flood| flood.walks())
+}
+
+/// Finds the triangles of the hole of a dot.
+fn flood<'a>(delaunay: &'a Delaunay, name: [Located<Slot>; 3], critical: [Position; 2]) -> Option<Flood<'a>> {
+    let plane = delaunay.half_edges()?;
+    let summit = summit(plane, delaunay.edge_out_of(name[0].1)?, name)?;
+    let mut flood = Flood { plane, barrier: order(critical), found: Vec::new(), seen: Numbers::default() };
+    flood.reach(summit);
+    let mut looked_at = 0;
+    while let Some(&face) = flood.found.get(looked_at) {
+        looked_at += 1;
+        for edge in plane.around(face) {
+            if flood.is_crossed(edge) {
+                let twin = plane.twin(edge);
+                if plane.is_outer(twin) {
+                    return None;
+                }
+                flood.reach(twin);
+            }
+        }
+    }
+    Some(flood)
+}
+
+/// The local maximum of a name, by a half-edge that has it on its left. `out` leads out of the first site of the name.
+fn summit(plane: HalfEdges<'_>, out: HalfEdge, name: [Located<Slot>; 3]) -> Option<HalfEdge> {
+    if plane.origin(out) != name[0] {
+        return None;
+    }
+    let [a, b, c] = name.map(|site| site.0);
+    let on_circle = |site: Located<Slot>| name.contains(&site) || are_cocircular(a, b, c, site.0);
+    let mut edge = out;
+    loop {
+        if !plane.is_outer(edge) && plane.corners(edge).into_iter().all(on_circle) {
+            return plane.summit_of_circle(edge).filter(|&summit| plane.name(summit) == name);
+        }
+        edge = plane.turn(edge);
+        if edge == out {
+            return None;
+        }
+    }
+}
+
+/// The triangles of a hole.
+struct Flood<'a> {
+    plane: HalfEdges<'a>,
+    barrier: Order,
+    /// Each by a half-edge that has it on its left.
+    found: Vec<HalfEdge>,
+    /// The same, by number.
+    seen: Numbers,
+}
+
+impl Flood<'_> {
+    fn reach(&mut self, face: HalfEdge) {
+        if self.seen.insert(self.plane.face_number(face)) {
+            self.found.push(face);
+        }
+    }
+
+    /// Whether the triangles beside an edge are of one basin, or the edge comes before the critical one.
+    fn is_crossed(&self, edge: HalfEdge) -> bool {
+        let twin = self.plane.twin(edge);
+        let [a, b] = self.plane.ends(edge).map(|site| site.0);
+        is_before(order([a, b]), self.barrier)
+            || self.plane.flows(edge)
+            || !self.plane.is_outer(twin) && self.plane.flows(twin)
+    }
+
+    /// Whether the hole ends across a half-edge of one of its triangles.
+    fn is_boundary(&self, edge: HalfEdge) -> bool {
+        let twin = self.plane.twin(edge);
+        self.plane.is_outer(twin) || !self.seen.contains(self.plane.face_number(twin))
+    }
+
+    fn walks(&self) -> Walks {
+        let mut passed = Numbers::default();
+        let mut walks = Vec::new();
+        for edge in self.found.iter().flat_map(|&face| self.plane.around(face)) {
+            if self.is_boundary(edge) && !passed.contains(self.plane.edge_number(edge)) {
+                walks.push(self.walk(edge, &mut passed));
+            }
+        }
+        // Nothing is smaller than the smallest vertex of the outer walk.
+        walks.sort_unstable_by_key(|walk| step(walk, 0));
+        walks
+    }
+
+    /// Walks along the boundary with the hole on the left, until back at `first`.
+    fn walk(&self, first: HalfEdge, passed: &mut Numbers) -> Vec<Located<Slot>> {
+        let mut walk = Vec::new();
+        let mut edge = first;
+        loop {
+            passed.insert(self.plane.edge_number(edge));
+            walk.push(self.plane.origin(edge));
+            edge = self.turn(edge);
+            if edge == first {
+                break;
+            }
+        }
+        let smallest = (0..walk.len()).min_by_key(|&place| step(&walk, place)).unwrap_or(0);
+        walk.rotate_left(smallest);
+        walk
+    }
+
+    /// The next boundary edge around the end of one: crosses the hole's triangles there until it ends.
+    fn turn(&self, edge: HalfEdge) -> HalfEdge {
+        let mut next = self.plane.next(edge);
+        while !self.is_boundary(next) {
+            next = self.plane.next(self.plane.twin(next));
+        }
+        next
+    }
+}
+
+/// Where the step of a walk at `place` begins and ends.
+fn step(walk: &[Located<Slot>], place: usize) -> [Position; 2] {
+    [walk[place], walk[(place + 1) % walk.len()]].map(|site| site.0)
+}
+
+/// A squared scale and the ends, by position: what decides the total order between Gabriel edges.
+type Order = (f64, [Position; 2]);
+
+fn order([a, b]: [Position; 2]) -> Order {
+    let [a, b] = if b < a { [b, a] } else { [a, b] };
+    (half_length_squared(a, b), [a, b])
+}
+
+/// Whether an edge is taken before another one: in DEcreasing order.
+fn is_before(a: Order, b: Order) -> bool {
+    a.0 > b.0 || a.0 == b.0 && a.1 > b.1
+}
+
+/// A set of numbers.
+#[derive(Debug, Default)]
+struct Numbers(HashTable<u32>);
+
+impl Numbers {
+    /// Adds a number; false when it was there.
+    fn insert(&mut self, number: u32) -> bool {
+        let is_new = !self.contains(number);
+        if is_new {
+            self.0.insert_unique(mix(number), number, |&number| mix(number));
+        }
+        is_new
+    }
+
+    fn contains(&self, number: u32) -> bool {
+        self.0.find(mix(number), |&other| other == number).is_some()
+    }
+}
+
+/// Spreads the bits of small numbers over all 64, as the table needs it.
+fn mix(number: u32) -> u64 {
+    let mixed = u64::from(number).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    mixed ^ (mixed >> 32)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cmp::Ordering;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::topology::plane::cocircular::by_position;
+    use crate::topology::plane::geometry::{acuteness, circumradius_squared};
+    use crate::topology::stages::{Basins, Filtration};
+    use crate::topology::testing::{Points, clouds, clouds_twice, lattice, points_of, ring};
+    use crate::topology::{Cloud, Dot, Edge, Skeleton, Window};
+
+    type Paths = Vec<Vec<[f64; 2]>>;
+
+    /// All that holes are made of.
+    struct Scene {
+        delaunay: Delaunay,
+        /// Of each vertex of the skeleton: its slot.
+        slots: Vec<Slot>,
+        skeleton: Skeleton,
+    }
+
+    impl Scene {
+        fn new(points: &[[f64; 2]]) -> Self {
+            let mut cloud = Cloud::new(Window::All, None);
+            for &[x, y] in points {
+                cloud.insert(x, y, None).unwrap();
+            }
+            cloud.commit();
+            let change = cloud.take_change();
+            let mut delaunay = Delaunay::default();
+            delaunay.apply(&cloud, &change);
+            let mesh = delaunay.mesh();
+            let (basins, links) = Basins::contract(&mesh, Filtration::new(&mesh));
+            let skeleton = Skeleton::new(&cloud, &mesh, &basins, links);
+            let slots: Vec<Slot> = cloud.vertices().map(|(slot, _)| slot).collect();
+            assert!(slots.iter().zip(skeleton.vertices()).all(|(&slot, vertex)| cloud.id(slot) == vertex.id));
+            Self { delaunay, slots, skeleton }
+        }
+
+        fn at(&self, vertex: u32) -> Position {
+            self.skeleton.vertices()[vertex as usize].position
+        }
+
+        fn flood(&self, dot: &Dot) -> Option<Flood<'_>> {
+            let site = |vertex: u32| (self.at(vertex), self.slots[vertex as usize]);
+            flood(&self.delaunay, dot.triangle.map(site), dot.edge.map(|vertex| self.at(vertex)))
+        }
+
+        /// The corners of all triangles.
+        fn faces(&self, dot: &Dot) -> Vec<[Position; 3]> {
+            let Some(flood) = self.flood(dot) else { return Vec::new() };
+            let corners = |&face: &HalfEdge| by_position(flood.plane.corners(face)).map(|site| site.0);
+            flood.found.iter().map(corners).collect()
+        }
+
+        /// By places in the skeleton's list of vertices.
+        fn boundary(&self, dot: &Dot) -> Vec<Vec<u32>> {
+            let place = |site: Located<Slot>| self.slots.iter().position(|&slot| slot == site.1).unwrap() as u32;
+            let walks = self.flood(dot).map_or(Vec::new(), |flood| flood.walks());
+            walks.into_iter().map(|walk| walk.into_iter().map(place).collect()).collect()
+        }
+
+        fn walks(&self, dot: &Dot) -> Paths {
+            let place = |walk: Vec<u32>| walk.into_iter().map(|vertex| self.at(vertex).xy()).collect();
+            self.boundary(dot).into_iter().map(place).collect()
+        }
+
+        /// Whether no point is inside the smallest circle around an edge.
+        fn is_gabriel(&self, [a, b]: Edge) -> bool {
+            let outside = |vertex: u32| acuteness(self.at(a), self.at(vertex), self.at(b)).is_ge();
+            (0..self.slots.len() as u32).all(|vertex| [a, b].contains(&vertex) || outside(vertex))
+        }
+    }
+
+    fn steps<T: Copy>(walk: &[T]) -> impl Iterator<Item = [T; 2]> + '_ {
+        walk.iter().zip(walk.iter().cycle().skip(1)).map(|(&a, &b)| [a, b])
+    }
+
+    /// Positive when counter-clockwise.
+    fn area(walk: &[[f64; 2]]) -> f64 {
+        let [x, y] = walk[0];
+        steps(walk).map(|[[ax, ay], [bx, by]]| (ax - x) * (by - y) - (bx - x) * (ay - y)).sum::<f64>() / 2.0
+    }
+
+    /// How often a walk goes around a point, counter-clockwise.
+    fn winding([x, y]: [f64; 2], walk: &[[f64; 2]]) -> i32 {
+        let turn = |[[ax, ay], [bx, by]]: [[f64; 2]; 2]| {
+            let cross = (ax - x) * (by - y) - (bx - x) * (ay - y);
+            i32::from(ay <= y && by > y && cross > 0.0) - i32::from(by <= y && ay > y && cross < 0.0)
+        };
+        steps(walk).map(turn).sum()
+    }
+
+    #[test]
+    fn a_square_is_the_boundary_of_its_hole() {
+        let square = Scene::new(&[[1.0, 1.0], [0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]);
+        let [dot] = square.skeleton.dots() else { panic!("one dot") };
+        assert_eq!(square.walks(dot), [[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]]);
+        assert_eq!(square.faces(dot).len(), 2);
+    }
+
+    #[test]
+    fn an_acute_triangle_is_a_hole_and_others_are_none() {
+        let acute = Scene::new(&[[0.0, 0.0], [4.0, 0.0], [2.0, 3.0]]);
+        assert_eq!(acute.walks(&acute.skeleton.dots()[0]), [[[0.0, 0.0], [4.0, 0.0], [2.0, 3.0]]]);
+        let right = Scene::new(&[[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]]);
+        assert_eq!(right.skeleton.dots(), []);
+    }
+
+    #[test]
+    fn clouds_without_holes_are_no_trouble() {
+        for points in [&[][..], &[[1.0, 2.0]], &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 0.0]]] {
+            let scene = Scene::new(points);
+            assert_eq!(scene.skeleton.dots(), []);
+            let site = |x: f64| (Position::new(x, 0.0).unwrap(), 0);
+            assert_eq!(boundary(&scene.delaunay, [0.0, 1.0, 2.0].map(site), [site(0.0).0, site(1.0).0]), None);
+        }
+    }
+
+    #[test]
+    fn what_is_no_dot_here_has_no_hole() {
+        let scene = Scene::new(&ring(12, 5.0));
+        let [dot] = scene.skeleton.dots() else { panic!("one dot") };
+        assert_eq!(scene.faces(dot).len(), 10);
+        let site = |vertex: u32| (scene.at(vertex), scene.slots[vertex as usize]);
+        let critical = dot.edge.map(|vertex| scene.at(vertex));
+        let (mut moved, mut other) = (dot.triangle.map(site), dot.triangle.map(site));
+        moved[0].0 = Position::new(7.0, 8.0).unwrap();
+        other[2] = site((0..12).find(|vertex| !dot.triangle.contains(vertex)).unwrap());
+        for name in [moved, other] {
+            assert!(flood(&scene.delaunay, name, critical).is_none());
+        }
+        // A barrier below all edges opens to the outside.
+        assert!(flood(&scene.delaunay, dot.triangle.map(site), [critical[0], critical[0]]).is_none());
+    }
+
+    #[test]
+    fn each_square_of_a_lattice_is_a_hole() {
+        let scene = Scene::new(&lattice(7, 5));
+        let mut corners: Points = Vec::new();
+        for dot in scene.skeleton.dots() {
+            let [walk] = &scene.walks(dot)[..] else { panic!("one walk") };
+            let [x, y] = walk[0];
+            assert_eq!(walk[..], [[x, y], [x + 1.0, y], [x + 1.0, y + 1.0], [x, y + 1.0]]);
+            corners.push([x, y]);
+        }
+        corners.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        corners.dedup();
+        assert_eq!(corners.len(), 6 * 4);
+    }
+
+    #[test]
+    fn a_cocircular_polygon_is_one_hole_however_it_is_cut() {
+        let points = points_of(include_str!("../../../../tests/cases/cocirc_r65.csv"));
+        let [forth, back] = [false, true].map(|reversed| {
+            let mut points = points.clone();
+            points.rotate_left(if reversed { 11 } else { 0 });
+            let scene = Scene::new(&points);
+            scene.walks(&scene.skeleton.dots()[0])
+        });
+        assert_eq!(forth, back);
+        assert_eq!((forth.len(), forth[0].len()), (1, 36));
+    }
+
+    #[test]
+    fn theta_has_two_round_holes() {
+        let theta = Scene::new(&points_of(include_str!("../../../../tests/cases/theta_n250_e0.03.csv")));
+        for dot in &theta.skeleton.dots()[..2] {
+            let walks = theta.walks(dot);
+            assert!(walks[0].len() > 40 && area(&walks[0]) > 0.5, "{} {}", walks[0].len(), area(&walks[0]));
+            assert_eq!(winding(theta.skeleton.hole(dot).center, &walks[0]), 1);
+        }
+    }
+
+    #[test]
+    fn an_island_is_walked_around_clockwise() {
+        let mut points = ring(60, 10.0);
+        points.extend(ring(30, 3.0));
+        points.extend(ring(12, 1.2).iter().map(|[x, y]| [x + 0.1, y + 0.1]));
+        points.extend([[0.0, 0.0]]);
+        let scene = Scene::new(&points);
+        let walks = scene.walks(&scene.skeleton.dots()[0]);
+        assert_eq!(walks.iter().map(Vec::len).collect::<Vec<_>>(), [60, 30]);
+        assert!(area(&walks[0]) > 0.0 && area(&walks[1]) < 0.0);
+        assert_eq!(walks[1].iter().map(|[x, y]| x.hypot(*y).round()).collect::<Vec<_>>(), [3.0; 30]);
+    }
+
+    #[test]
+    fn a_hole_may_open_to_its_island() {
+        let mut points = ring(60, 10.0);
+        // The inner ring has the wider steps, and what it holds is the wider hole: there the one around it ends.
+        points.extend(ring(32, 7.0).into_iter().map(|[x, y]| [x + 0.01, y]));
+        let scene = Scene::new(&points);
+        let around = scene.skeleton.dots().iter().find(|dot| (1.4..1.7).contains(&dot.death)).unwrap();
+        let walks = scene.boundary(around);
+        assert_eq!(walks.iter().map(Vec::len).collect::<Vec<_>>(), [60, 32]);
+        let on = |walk: &[u32]| steps(walk).any(|[a, b]| [a.min(b), a.max(b)] == around.edge);
+        assert_eq!([on(&walks[0]), on(&walks[1])], [false, true]);
+    }
+
+    #[test]
+    fn a_wheel_is_taken_apart_spoke_by_spoke() {
+        let mut points = ring(40, 5.0);
+        points.push([0.0, 0.0]);
+        let scene = Scene::new(&points);
+        let sizes: Vec<usize> = scene.skeleton.dots().iter().map(|dot| scene.faces(dot).len()).collect();
+        assert_eq!((sizes.len(), sizes.iter().max()), (40, Some(&40)));
+    }
+
+    proptest! {
+        #[test]
+        fn boundaries_are_closed_walks_of_short_edges(points in clouds()) {
+            let scene = Scene::new(&points);
+            for dot in scene.skeleton.dots() {
+                let walks = scene.boundary(dot);
+                let mut passed: Vec<Edge> = walks.iter().flat_map(|walk| steps(walk)).collect();
+                for &[a, b] in &passed {
+                    prop_assert!(scene.is_gabriel([a, b]));
+                    prop_assert!(scene.skeleton.half_length([a, b]) <= dot.birth);
+                }
+                let critical = passed.iter().filter(|[a, b]| [*a.min(b), *a.max(b)] == dot.edge).count();
+                prop_assert_eq!(critical, 1);
+                let count = passed.len();
+                passed.iter_mut().for_each(|edge| edge.sort_unstable());
+                passed.sort_unstable();
+                passed.dedup();
+                prop_assert_eq!(passed.len(), count, "each edge once");
+            }
+        }
+
+        #[test]
+        fn the_outer_walk_is_around_the_centre_and_all_islands(points in clouds()) {
+            let scene = Scene::new(&points);
+            for dot in scene.skeleton.dots() {
+                let walks = scene.walks(dot);
+                let center = scene.skeleton.hole(dot).center;
+                prop_assert_eq!(walks.iter().map(|walk| winding(center, walk)).sum::<i32>(), 1);
+                prop_assert_eq!(winding(center, &walks[0]), 1);
+                prop_assert!(area(&walks[0]) > 0.0);
+                for island in &walks[1..] {
+                    prop_assert!(area(island) < 0.0 && walks[0][0] < island[0]);
+                    prop_assert_eq!(winding(island[0], &walks[0]), 1);
+                }
+            }
+        }
+
+        #[test]
+        fn the_area_inside_is_that_of_the_triangles(points in clouds()) {
+            let scene = Scene::new(&points);
+            for dot in scene.skeleton.dots() {
+                let triangle = |face: [Position; 3]| area(&face.map(Position::xy)).abs();
+                let triangles: f64 = scene.faces(dot).into_iter().map(triangle).sum();
+                let walks: f64 = scene.walks(dot).iter().map(|walk| area(walk)).sum();
+                prop_assert!((triangles - walks).abs() <= 1e-9 * triangles, "{triangles} {walks}");
+            }
+        }
+
+        /// Of all triangles in a hole, the one that names the death is filled last; and holes that meet are nested.
+        #[test]
+        fn a_hole_is_filled_at_its_death(points in clouds()) {
+            let scene = Scene::new(&points);
+            let all: Vec<Vec<[Position; 3]>> = scene.skeleton.dots().iter().map(|dot| scene.faces(dot)).collect();
+            for (faces, dot) in all.iter().zip(scene.skeleton.dots()) {
+                let last = faces.iter().map(|&face| circumradius_squared(face).sqrt()).fold(0.0, f64::max);
+                // A face with more sites on its circle may be cut in another way than the one that names its death.
+                prop_assert!((last - dot.death).abs() <= 1e-12 * dot.death, "{last} {}", dot.death);
+            }
+            for (a, b) in all.iter().flat_map(|a| all.iter().map(move |b| (a, b))) {
+                let common = a.iter().filter(|face| b.contains(face)).count();
+                prop_assert!([0, a.len().min(b.len())].contains(&common));
+            }
+        }
+
+        #[test]
+        fn neither_numbering_nor_triangulation_matters((points, shuffled) in clouds_twice()) {
+            let [a, b] = [points, shuffled].map(|points| {
+                let scene = Scene::new(&points);
+                let mut all: Vec<Paths> = scene.skeleton.dots().iter().map(|dot| scene.walks(dot)).collect();
+                all.sort_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+                all
+            });
+            prop_assert_eq!(a, b);
+        }
+    }
+}

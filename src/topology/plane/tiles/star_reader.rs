@@ -1,0 +1,177 @@
+//! Reads stars out of the triangulation.
+//!
+//! In: vertices, and the triangulation to look around in. Out: their [`Stars`], and the owners of maxima whose circles they touch. Invariant: what is read depends on the
+//! triangulation alone. Must not know: tiles, reductions.
+
+use std::cmp::Ordering;
+
+use super::star::{Center, Marks, OUTSIDE, Spoke, Stars};
+use crate::topology::cloud::{Located, Position, Slot, half_length_squared};
+use crate::topology::plane::cocircular::{by_position, on_one_circle};
+use crate::topology::plane::delaunay::{Delaunay, HalfEdge, HalfEdges};
+use crate::topology::plane::geometry::{acuteness, circumradius_squared};
+
+/// A neighbour, as it is seen from a vertex.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    position: Position,
+    slot: Slot,
+    /// The edge to it.
+    edge: HalfEdge,
+    /// Whether the face left of that edge is the outer one.
+    is_outer: bool,
+}
+
+/// Reads stars, in memory of its own.
+#[derive(Clone, Debug, Default)]
+pub struct StarReader {
+    /// Of each vertex looked around from: all its neighbours, counter-clockwise.
+    rings: Vec<Vec<Seen>>,
+    /// Of each of them that is not done: its ring, the edge that it began with, and the one it is at.
+    turning: Vec<(u32, HalfEdge, HalfEdge)>,
+    /// Smallest corners of maxima on whose circles triangles of the stars read so far lie.
+    pub concerned: Vec<Slot>,
+}
+
+impl StarReader {
+    /// Looks around from some vertices. What is next to each is all over the memory; it is waited for once for all of them, step by step.
+    pub fn look_around(&mut self, delaunay: &Delaunay, vertices: &[Located<Slot>]) {
+        let Self { rings, turning, .. } = self;
+        turning.clear();
+        rings.resize_with(rings.len().max(vertices.len()), Vec::new);
+        let Some(plane) = delaunay.half_edges() else { return };
+        for (ring, &(_, slot)) in (0..).zip(vertices) {
+            rings[ring as usize].clear();
+            turning.extend(delaunay.edge_out_of(slot).map(|out| (ring, out, out)));
+        }
+        while !turning.is_empty() {
+            turning.retain_mut(|(ring, out, edge)| {
+                let (position, slot) = plane.origin(plane.twin(*edge));
+                rings[*ring as usize].push(Seen { position, slot, edge: *edge, is_outer: plane.is_outer(*edge) });
+                *edge = plane.turn(*edge);
+                edge != out
+            });
+        }
+    }
+
+    /// Reads the star of the vertex that stood at a place in the list looked around from, to the end of `stars`.
+    pub fn read(&mut self, delaunay: &Delaunay, place: usize, (position, slot): Located<Slot>, stars: &mut Stars) {
+        let first = stars.spokes.len();
+        let [before, after] = if let Some(plane) = delaunay.half_edges() {
+            let ring = std::mem::take(&mut self.rings[place]);
+            let beyond = self.read_fan(plane, &ring, (position, slot), stars);
+            self.rings[place] = ring;
+            beyond
+        } else {
+            let both = delaunay.on_either_side(position);
+            let larger = both.into_iter().flatten().filter(|neighbour| position < neighbour.0);
+            stars.spokes.extend(larger.map(|(other, to)| spoke(half_length_squared(position, other), to)));
+            [OUTSIDE; 2]
+        };
+        let spokes = (stars.spokes.len() - first) as u32;
+        stars.centers.push(Center { position, slot, before, after, spokes });
+    }
+
+    /// Adds the own edges of a vertex. Gives what is before the first and after the last one.
+    fn read_fan(&mut self, plane: HalfEdges<'_>, ring: &[Seen], center: Located<Slot>, stars: &mut Stars) -> [Slot; 2] {
+        let step = |place: usize| if place + 1 == ring.len() { 0 } else { place + 1 };
+        let back = |place: usize| if place == 0 { ring.len() - 1 } else { place - 1 };
+        let is_own = |seen: &Seen| center.0 < seen.position;
+        let is_first = |&place: &usize| {
+            let before = &ring[back(place)];
+            is_own(&ring[place]) && (before.is_outer || !is_own(before))
+        };
+        let Some(first) = (0..ring.len()).find(is_first) else { return [OUTSIDE; 2] };
+        let mut before = ring[back(first)];
+        let beyond = if before.is_outer { OUTSIDE } else { before.slot };
+        let (mut at, mut place) = (ring[first], step(first));
+        let mut spoke = read_edge(center.0, [before, at, ring[place]]);
+        loop {
+            let after = ring[place];
+            if at.is_outer || !is_own(&after) {
+                stars.spokes.push(spoke);
+                return [beyond, if at.is_outer { OUTSIDE } else { after.slot }];
+            }
+            let four = [before, at, after, ring[step(place)]];
+            let next = read_edge(center.0, [at, after, four[3]]);
+            self.read_triangle(plane, center, four, &mut spoke, next.marks, stars);
+            stars.spokes.push(spoke);
+            (before, at, place, spoke) = (at, after, step(place), next);
+        }
+    }
+
+    /// Reads the triangle between two own edges, the second and the third of four that follow each other; marks of the third are at hand.
+    fn read_triangle(
+        &mut self,
+        plane: HalfEdges<'_>,
+        center: Located<Slot>,
+        [before, at, after, beyond]: [Seen; 4],
+        spoke: &mut Spoke,
+        next: Marks,
+        stars: &mut Stars,
+    ) {
+        spoke.marks.set(Marks::NEXT_IS_SMALLER, after.position < at.position);
+        // Whether what lies across one of the three edges is on the triangle's circle.
+        let across_first = || !before.is_outer && on_one_circle(center.0, at.position, after.position, before.position);
+        let across_second = || !after.is_outer && on_one_circle(center.0, after.position, at.position, beyond.position);
+        let opposite = plane.next(at.edge);
+        let across_third = || {
+            let far = plane.across(opposite);
+            far.is_some_and(|far| on_one_circle(at.position, after.position, center.0, far.0))
+        };
+        let exit = if spoke.marks.has(Marks::FROM_LEFT) {
+            Some((at.edge, across_first()))
+        } else if next.has(Marks::FROM_RIGHT) {
+            Some((plane.previous(at.edge), across_second()))
+        } else {
+            let is_wide = acuteness(at.position, center.0, after.position) != Ordering::Greater;
+            (is_wide && plane.flows(opposite)).then(|| (opposite, across_third()))
+        };
+        match exit {
+            Some((edge, true)) => self.concern(plane, plane.twin(edge), center.1),
+            Some((_, false)) => {}
+            None => {
+                spoke.marks.set(Marks::MAXIMUM, true);
+                let is_alone = !across_first() && !across_second() && !across_third();
+                let name = if is_alone {
+                    by_position([center, (at.position, at.slot), (after.position, after.slot)])
+                } else {
+                    plane.name(at.edge)
+                };
+                spoke.weight = circumradius_squared(name.map(|corner| corner.0));
+                if !is_alone {
+                    spoke.marks.set(Marks::CIRCLE, true);
+                    stars.names.push(name.map(|corner| corner.1));
+                }
+            }
+        }
+    }
+
+    /// Notes whose maximum shares the circle of the triangle left of an edge, if it is not that of `reader`.
+    pub fn concern(&mut self, plane: HalfEdges<'_>, edge: HalfEdge, reader: Slot) {
+        let Some(summit) = plane.summit_of_circle(edge) else { return };
+        let corners = plane.corners(summit);
+        let (_, owner) = corners.into_iter().min_by_key(|corner| corner.0).expect("there are three");
+        if owner != reader {
+            self.concerned.push(owner);
+        }
+    }
+}
+
+/// Reads an own edge, the second of three that follow each other.
+#[inline]
+fn read_edge(center: Position, [before, at, after]: [Seen; 3]) -> Spoke {
+    let is_wide = |apex: Position| acuteness(center, apex, at.position) != Ordering::Greater;
+    let left = !at.is_outer && is_wide(after.position);
+    let right = !before.is_outer && is_wide(before.position);
+    // With two right angles, the one with the larger apex flows.
+    let from_left = left && (!right || after.position > before.position);
+    let mut spoke = spoke(half_length_squared(center, at.position), at.slot);
+    spoke.marks.set(Marks::FROM_LEFT, from_left);
+    spoke.marks.set(Marks::FROM_RIGHT, right && !from_left);
+    spoke
+}
+
+fn spoke(scale: f64, to: Slot) -> Spoke {
+    Spoke { scale, weight: f64::NEG_INFINITY, to, marks: Marks::default() }
+}

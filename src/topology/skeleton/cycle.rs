@@ -1,0 +1,190 @@
+//! The cycle of a dot: its critical edge, closed by the tree path between the edge's ends.
+//!
+//! In: a [`Skeleton`], then dots of it. Out: closed vertex loops. Invariants: a loop has at least three vertices, all different;
+//! it begins at its smallest vertex by position and goes on to the smaller of that one's two neighbours, so it depends on the
+//! cloud alone; it costs time in proportion to its length, and nothing here recurses, however long a path is. Must not
+//! know: the triangulation, views.
+
+use super::hopes::{Dot, Skeleton};
+
+/// The minimum spanning tree of a skeleton, rooted, so that paths in it can be found by climbing.
+#[derive(Clone, Debug)]
+pub struct Cycles {
+    /// Of each vertex: the next one on the way to the root, which is its own.
+    parent: Vec<u32>,
+    /// Of each vertex: number of steps to the root.
+    depth: Vec<u32>,
+}
+
+impl Cycles {
+    /// Roots the tree of a skeleton, in linear time.
+    pub fn new(skeleton: &Skeleton) -> Self {
+        let (parent, order) = strip_leaves(skeleton);
+        let mut depth = vec![0; parent.len()];
+        // A vertex goes before its parent, so on the way back parents come first.
+        for &vertex in order.iter().rev() {
+            let above = parent[vertex as usize];
+            if above != vertex {
+                depth[vertex as usize] = depth[above as usize] + 1;
+            }
+        }
+        Self { parent, depth }
+    }
+
+    /// The cycle of a dot of the skeleton that this was made of, as places in [`Skeleton::vertices`]; the first one is not
+    /// repeated at the end.
+    pub fn cycle(&self, skeleton: &Skeleton, dot: &Dot) -> Vec<u32> {
+        let [a, b] = dot.edge;
+        let mut cycle = self.path(a, b);
+        let position = |vertex: u32| skeleton.vertices()[vertex as usize].position;
+        let first = (0..cycle.len()).min_by_key(|&place| position(cycle[place])).unwrap_or(0);
+        cycle.rotate_left(first);
+        if position(cycle[cycle.len() - 1]) < position(cycle[1]) {
+            cycle[1..].reverse();
+        }
+        cycle
+    }
+
+    /// The path in the tree from `a` to `b`, both among it.
+    fn path(&self, a: u32, b: u32) -> Vec<u32> {
+        let (mut from_a, mut from_b) = (vec![a], vec![b]);
+        let (mut a, mut b) = (a, b);
+        while a != b {
+            // The deeper one climbs; it cannot pass the vertex where the two ways meet.
+            if self.depth[a as usize] >= self.depth[b as usize] {
+                a = self.parent[a as usize];
+                from_a.push(a);
+            } else {
+                b = self.parent[b as usize];
+                from_b.push(b);
+            }
+        }
+        from_b.pop();
+        from_a.extend(from_b.into_iter().rev());
+        from_a
+    }
+}
+
+/// Takes leaves off the tree until one vertex is left, the root. Gives the parent of each vertex and the order in which they went.
+fn strip_leaves(skeleton: &Skeleton) -> (Vec<u32>, Vec<u32>) {
+    let count = skeleton.vertices().len();
+    let mut degree = vec![0_u32; count];
+    // Exclusive or of the neighbours that are left: of a leaf, its only neighbour.
+    let mut parent = vec![0_u32; count];
+    for &[a, b] in skeleton.tree() {
+        for (vertex, neighbour) in [(a, b), (b, a)] {
+            degree[vertex as usize] += 1;
+            parent[vertex as usize] ^= neighbour;
+        }
+    }
+    let mut order: Vec<u32> = (0..count as u32).filter(|&vertex| degree[vertex as usize] == 1).collect();
+    let mut next = 0;
+    while let Some(&leaf) = order.get(next) {
+        next += 1;
+        if degree[leaf as usize] == 0 {
+            parent[leaf as usize] = leaf;
+            continue;
+        }
+        let above = parent[leaf as usize] as usize;
+        parent[above] ^= leaf;
+        degree[above] -= 1;
+        if degree[above] == 1 {
+            order.push(above as u32);
+        }
+    }
+    (parent, order)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::topology::testing::{clouds, clouds_twice, lattice, points_of, ring, skeleton_of};
+
+    fn cycles(skeleton: &Skeleton) -> Vec<Vec<u32>> {
+        let cycles = Cycles::new(skeleton);
+        skeleton.dots().iter().map(|dot| cycles.cycle(skeleton, dot)).collect()
+    }
+
+    fn places(skeleton: &Skeleton, cycle: &[u32]) -> Vec<[f64; 2]> {
+        cycle.iter().map(|&vertex| skeleton.vertices()[vertex as usize].position.xy()).collect()
+    }
+
+    #[test]
+    fn a_square_is_its_own_cycle() {
+        let square = skeleton_of(&[[1.0, 1.0], [0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]);
+        let [cycle] = &cycles(&square)[..] else { panic!("one dot") };
+        assert_eq!(places(&square, cycle), [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]]);
+    }
+
+    #[test]
+    fn two_rooms_have_a_cycle_each() {
+        let rooms = skeleton_of(&[[0.0, 0.0], [2.0, 0.0], [5.0, 0.0], [0.0, 2.0], [2.0, 2.0], [5.0, 2.0]]);
+        let cycles = cycles(&rooms);
+        assert_eq!(places(&rooms, &cycles[0]), [[0.0, 0.0], [0.0, 2.0], [2.0, 2.0], [2.0, 0.0]]);
+        // The wall between the rooms is critical itself, being the last of its length, so the larger cycle passes around both.
+        let around = [[0.0, 0.0], [0.0, 2.0], [2.0, 2.0], [5.0, 2.0], [5.0, 0.0], [2.0, 0.0]];
+        assert_eq!(places(&rooms, &cycles[1]), around);
+    }
+
+    #[test]
+    fn theta_has_two_long_cycles() {
+        let theta = skeleton_of(&points_of(include_str!("../../../tests/cases/theta_n250_e0.03.csv")));
+        let cycles = cycles(&theta);
+        assert!(cycles[..2].iter().all(|cycle| cycle.len() > 40), "{:?}", &cycles[..2]);
+    }
+
+    #[test]
+    fn trees_and_less_have_none() {
+        for points in [&[][..], &[[1.0, 2.0]], &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]] {
+            assert_eq!(cycles(&skeleton_of(points)), Vec::<Vec<u32>>::new());
+        }
+    }
+
+    #[test]
+    fn a_long_way_round_does_not_overflow_the_stack() {
+        let circle = skeleton_of(&ring(50_000, 1.0));
+        let longest = cycles(&circle).into_iter().map(|cycle| cycle.len()).max();
+        assert_eq!(longest, Some(50_000));
+    }
+
+    #[test]
+    fn a_lattice_has_a_cycle_for_each_of_its_squares() {
+        let lattice = skeleton_of(&lattice(6, 6));
+        assert_eq!(cycles(&lattice).len(), 25);
+        assert!(cycles(&lattice).iter().all(|cycle| cycle.len() % 2 == 0));
+    }
+
+    proptest! {
+        #[test]
+        fn cycles_are_simple_and_made_of_the_tree_and_one_critical_edge(points in clouds()) {
+            let skeleton = skeleton_of(&points);
+            for (cycle, dot) in cycles(&skeleton).iter().zip(skeleton.dots()) {
+                let mut vertices = cycle.clone();
+                vertices.sort_unstable();
+                vertices.dedup();
+                prop_assert_eq!(vertices.len(), cycle.len());
+                let next = cycle.iter().cycle().skip(1);
+                let edges = cycle.iter().zip(next).map(|(&a, &b)| [a.min(b), a.max(b)]);
+                let (tree, others): (Vec<_>, Vec<_>) =
+                    edges.partition(|edge| skeleton.tree().binary_search(edge).is_ok());
+                prop_assert_eq!(others, [dot.edge]);
+                prop_assert!(tree.len() >= 2);
+                prop_assert!(tree.iter().all(|&edge| skeleton.half_length(edge) <= dot.birth), "born last");
+            }
+        }
+
+        #[test]
+        fn numbering_does_not_matter((points, shuffled) in clouds_twice()) {
+            let [a, b] = [points, shuffled].map(|points| {
+                let skeleton = skeleton_of(&points);
+                let mut all: Vec<_> = cycles(&skeleton).iter().map(|cycle| places(&skeleton, cycle)).collect();
+                all.sort_by(|a, b| a.partial_cmp(b).unwrap());
+                all
+            });
+            prop_assert!(a.iter().all(|cycle| cycle[0] < cycle[1] && cycle[1] < cycle[cycle.len() - 1]));
+            prop_assert_eq!(a, b);
+        }
+    }
+}

@@ -1,0 +1,290 @@
+//! The widest gaps of a persistence diagram, and the subdiagrams they cut out: DS_k, ds_k, VS_{k,l}, vs_{k,l}.
+//!
+//! In: the dots of a [`Skeleton`]. Out: ranked gaps, [`Selection`]s. Invariants: values within 1e-12 of the largest death are one
+//! line, widths within it are equal; of equal widths the lower (or left) gap counts as wider; a rank beyond the number of gaps
+//! means the last one. Must not know: edges, views.
+//!
+//! V. Kurlin 2015, Definitions 10 and 12 (with ds_k the upper side of the gap), margins of Propositions 11 and 13.
+
+use std::borrow::Cow;
+use std::num::NonZeroU32;
+
+use super::hopes::{Dot, Skeleton};
+
+/// Share of the largest death below which two values, or two widths, are equal.
+pub const TOLERANCE: f64 = 1e-12;
+
+/// An empty strip of the diagram between two neighbouring values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// Its lower (or left) side.
+    pub low: f64,
+    /// Its upper (or right) side; +infinity for the strip right of all births.
+    pub high: f64,
+}
+
+impl Gap {
+    /// How wide it is.
+    pub fn width(&self) -> f64 {
+        self.high - self.low
+    }
+}
+
+/// What the k-th diagonal and the l-th vertical gap select.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    /// The k widest diagonal gaps, the widest first (all of them, if there are fewer).
+    pub diagonal: Vec<Gap>,
+    /// The l widest vertical gaps of DS_k, the widest first (all of them, if there are fewer).
+    pub vertical: Vec<Gap>,
+    /// ds_k: the smallest persistence in DS_k; none without dots.
+    pub ds: Option<f64>,
+    /// vs_{k,l}: +infinity without dots.
+    pub vs: f64,
+    /// Size of DS_k, which is a prefix of the dots.
+    pub ds_count: usize,
+    /// Places of VS_{k,l} among the dots, in order.
+    pub vs_dots: Vec<u32>,
+    /// How far the choice is from another one.
+    pub margins: Margins,
+}
+
+/// How much noise (as a bound on the perturbation of every point) leaves a selection as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Margins {
+    /// (|dgap_k| - |dgap_{k+1}|) / 8, Proposition 11; a gap that is not there has width 0. None without dots.
+    pub diagonal: Option<f64>,
+    /// (|vgap_{k,l}| - |vgap_{k,l+1}|) / 4, Proposition 13; +infinity for l = 1. None without dots.
+    pub vertical: Option<f64>,
+}
+
+/// All diagonal gaps of a diagram, the widest first.
+pub fn diagonal_gaps(skeleton: &Skeleton) -> Vec<Gap> {
+    ranked(sorted_strips(skeleton), usize::MAX, tolerance(skeleton))
+}
+
+/// All vertical gaps of DS_k, the widest first; the strip right of all births is the first.
+pub fn vertical_gaps(skeleton: &Skeleton, k: NonZeroU32) -> Vec<Gap> {
+    let (_, dots) = subdiagram(skeleton, k);
+    ranked(vertical_strips(dots.iter().map(|dot| dot.birth), tolerance(skeleton)), usize::MAX, tolerance(skeleton))
+}
+
+/// Selects by the k widest diagonal gaps and the l widest vertical ones.
+pub fn select(skeleton: &Skeleton, k: NonZeroU32, l: NonZeroU32) -> Selection {
+    select_dots(skeleton, k, l).0
+}
+
+/// The same, with DS_k.
+pub fn select_dots(skeleton: &Skeleton, k: NonZeroU32, l: NonZeroU32) -> (Selection, Cow<'_, [Dot]>) {
+    let (diagonal, dots) = subdiagram(skeleton, k);
+    let births = dots.iter().map(|dot| dot.birth);
+    (selection_of(diagonal, births, k, l, tolerance(skeleton)), dots)
+}
+
+/// The same from the k + 1 widest diagonal gaps and the births of the dots in DS_k, in order.
+pub fn selection_of(
+    mut diagonal: Vec<Gap>,
+    births: impl ExactSizeIterator<Item = f64> + Clone,
+    k: NonZeroU32,
+    l: NonZeroU32,
+    tolerance: f64,
+) -> Selection {
+    let mut vertical = ranked(vertical_strips(births.clone(), tolerance), l.get() as usize + 1, tolerance);
+    let margins = Margins { diagonal: margin(&diagonal, k, 8.0), vertical: margin(&vertical, l, 4.0) };
+    diagonal.truncate(k.get() as usize);
+    vertical.truncate(l.get() as usize);
+    let vs = vertical.iter().map(|gap| gap.low).fold(f64::INFINITY, f64::min);
+    let ds_count = births.len();
+    Selection {
+        ds: lowest(&diagonal).map(|gap| gap.high),
+        vs,
+        ds_count,
+        vs_dots: births.zip(0..).filter(|&(birth, _)| birth <= vs).map(|(_, index)| index).collect(),
+        margins,
+        diagonal,
+        vertical,
+    }
+}
+
+/// The k + 1 widest diagonal gaps, and DS_k: the dots above the lowest of the first k.
+fn subdiagram(skeleton: &Skeleton, k: NonZeroU32) -> (Vec<Gap>, Cow<'_, [Dot]>) {
+    let (k, tolerance) = (k.get() as usize, tolerance(skeleton));
+    let persistences = skeleton.found().iter().map(Dot::persistence);
+    let gaps = widest_at_sight(persistences, k + 1, tolerance)
+        .unwrap_or_else(|| ranked(sorted_strips(skeleton), k + 1, tolerance));
+    let ds = lowest(&gaps[..k.min(gaps.len())]).map_or(f64::INFINITY, |gap| gap.high);
+    (gaps, skeleton.most_persistent(ds))
+}
+
+fn tolerance(skeleton: &Skeleton) -> f64 {
+    TOLERANCE * skeleton.largest_death()
+}
+
+pub fn lowest(gaps: &[Gap]) -> Option<&Gap> {
+    gaps.iter().min_by(|a, b| a.low.total_cmp(&b.low))
+}
+
+fn margin(gaps: &[Gap], rank: NonZeroU32, share: f64) -> Option<f64> {
+    let last = gaps.len().checked_sub(1)?;
+    let chosen = (rank.get() as usize - 1).min(last);
+    let next = gaps.get(chosen + 1).map_or(0.0, Gap::width);
+    Some((gaps[chosen].width() - next) / share)
+}
+
+/// Strips between neighbouring persistences, from the diagonal up.
+fn sorted_strips(skeleton: &Skeleton) -> impl Iterator<Item = Gap> {
+    diagonal_strips(skeleton.dots().iter().rev().map(Dot::persistence), tolerance(skeleton))
+}
+
+/// Strips between ascending persistences, from the diagonal up.
+pub fn diagonal_strips(ascending: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Item = Gap> {
+    // The diagonal is the lowest line; persistences within the tolerance of 0 lie on it.
+    strips_between(std::iter::once(0.0).chain(ascending), tolerance)
+}
+
+/// Strips between ascending values alone.
+pub fn strips_between(ascending: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Item = Gap> {
+    let mut lines = lines(ascending, tolerance);
+    let mut below = lines.next().map_or(0.0, |(_, high)| high);
+    lines.map(move |(low, high)| Gap { low: std::mem::replace(&mut below, high), high: low })
+}
+
+/// So many persistences share a bucket, on average.
+const BUCKET: usize = 16;
+
+/// The `count` widest diagonal gaps of persistences in any order, if they can be told without sorting: in linear time, little memory.
+///
+/// The range is cut into buckets of one width, of which only the lowest and highest value are kept. No gap inside a bucket is wider than it, so
+/// gaps between buckets that all are wider are the ones.
+fn widest_at_sight(
+    values: impl ExactSizeIterator<Item = f64> + Clone,
+    count: usize,
+    tolerance: f64,
+) -> Option<Vec<Gap>> {
+    let buckets = values.len() / BUCKET + 1;
+    let scale = buckets as f64 / values.clone().fold(0.0, f64::max);
+    let mut spans = vec![(f64::INFINITY, f64::NEG_INFINITY); buckets];
+    for value in values {
+        // Monotone even where rounded, and NaN goes to the first.
+        let (low, high) = &mut spans[((value * scale) as usize).min(buckets - 1)];
+        (*low, *high) = (low.min(value), high.max(value));
+    }
+    let ends = spans.into_iter().filter(|(low, high)| low <= high).flat_map(|(low, high)| [low, high]);
+    let gaps = ranked(diagonal_strips(ends, tolerance), count, tolerance);
+    let inside = (1.0 + TOLERANCE) / scale + tolerance;
+    // Gaps are in order but for ties, so the last may be wider than some by the tolerance.
+    let are_between = gaps.len() == count && gaps.last().is_some_and(|gap| gap.width() - tolerance > inside);
+    are_between.then_some(gaps)
+}
+
+/// Strips between neighbouring births, and the one right of them all.
+fn vertical_strips(births: impl Iterator<Item = f64>, tolerance: f64) -> Vec<Gap> {
+    let mut births: Vec<f64> = births.collect();
+    births.sort_unstable_by(f64::total_cmp);
+    let mut gaps: Vec<Gap> = Vec::new();
+    for (low, high) in lines(births.into_iter(), tolerance) {
+        if let Some(left) = gaps.last_mut() {
+            left.high = low;
+        }
+        gaps.push(Gap { low: high, high: f64::INFINITY });
+    }
+    gaps
+}
+
+/// Ascending values as lines: the first and last value of every run whose steps are within the tolerance.
+fn lines(values: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Item = (f64, f64)> {
+    let mut values = values.peekable();
+    std::iter::from_fn(move || {
+        let low = values.next()?;
+        let mut high = low;
+        while let Some(next) = values.next_if(|next| next - high <= tolerance) {
+            high = next;
+        }
+        Some((low, high))
+    })
+}
+
+/// The `count` widest gaps (given from low to high), the widest first; of equal widths the lower is the wider.
+pub fn ranked(gaps: impl IntoIterator<Item = Gap>, count: usize, tolerance: f64) -> Vec<Gap> {
+    let mut gaps = widest(gaps.into_iter(), count, tolerance);
+    gaps.sort_by(|a, b| b.width().total_cmp(&a.width()));
+    let mut first = 0;
+    while first < gaps.len() {
+        let widest = gaps[first].width();
+        let same = |gap: &&Gap| gap.width() == widest || widest - gap.width() <= tolerance;
+        let last = first + gaps[first..].iter().take_while(same).count();
+        gaps[first..last].sort_by(|a, b| a.low.total_cmp(&b.low));
+        first = last;
+    }
+    gaps.truncate(count);
+    gaps
+}
+
+/// So many gaps are held before those that are too narrow are dropped.
+const HELD: usize = 1024;
+
+/// Gaps in order, without most of those that cannot be among the `count` widest; in linear time.
+fn widest(gaps: impl Iterator<Item = Gap>, count: usize, tolerance: f64) -> Vec<Gap> {
+    let mut held: Vec<Gap> = Vec::new();
+    let (mut limit, mut full) = (f64::NEG_INFINITY, HELD.max(count.saturating_mul(2)));
+    for gap in gaps {
+        if gap.width() < limit {
+            continue;
+        }
+        held.push(gap);
+        if held.len() >= full {
+            limit = keep_widest(&mut held, count, tolerance);
+            full = held.len().saturating_mul(2).max(full);
+        }
+    }
+    keep_widest(&mut held, count, tolerance);
+    held
+}
+
+/// Drops, in linear time, gaps that cannot be among the `count` widest; gives the width below which none can.
+fn keep_widest(gaps: &mut Vec<Gap>, count: usize, tolerance: f64) -> f64 {
+    if count >= gaps.len() {
+        return f64::NEG_INFINITY;
+    }
+    let mut widths: Vec<f64> = gaps.iter().map(Gap::width).collect();
+    let (_, &mut last, _) = widths.select_nth_unstable_by(count, |a, b| b.total_cmp(a));
+    // Equals of the last one wanted must stay for the tie to be broken; an infinite limit keeps infinite widths.
+    let limit = last - 2.0 * tolerance;
+    gaps.retain(|gap| gap.width() >= limit);
+    limit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn persistences() -> impl Strategy<Value = Vec<f64>> {
+        let value = prop_oneof![8 => 1e-9..1e-3, 2 => 0.0..1.0, 1 => (0..9_u32).prop_map(f64::from)];
+        prop::collection::vec(value, 1..300)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(1000))]
+
+        #[test]
+        fn what_is_told_at_sight_is_what_sorting_tells(mut values in persistences(), count in 1..8_usize) {
+            let tolerance = TOLERANCE * values.iter().copied().fold(0.0, f64::max);
+            let at_sight = widest_at_sight(values.iter().copied(), count, tolerance);
+            values.sort_unstable_by(f64::total_cmp);
+            if let Some(gaps) = at_sight {
+                prop_assert_eq!(gaps, ranked(diagonal_strips(values.into_iter(), tolerance), count, tolerance));
+            }
+        }
+    }
+
+    #[test]
+    fn clear_gaps_are_told_at_sight() {
+        let noise = (0..1000).map(|step| f64::from(step) * 1e-5);
+        let values: Vec<f64> = noise.chain([0.5, 1.0, 1.75]).collect();
+        let gaps = widest_at_sight(values.iter().copied(), 3, 1e-12).expect("they are clear");
+        assert_eq!(gaps.iter().map(|gap| gap.high).collect::<Vec<_>>(), [1.75, 1.0, 0.5]);
+        assert_eq!(widest_at_sight(values.iter().copied(), 4, 1e-12), None);
+        assert_eq!(widest_at_sight([].into_iter(), 1, 0.0), None);
+    }
+}

@@ -1,0 +1,17 @@
+//! What a skeleton is, whatever space it came from: dots, tree, gaps, views, cycles, simplification, ranking.
+
+mod cycle;
+pub mod gaps;
+mod hopes;
+mod named;
+mod ranking;
+mod simplify;
+mod view;
+
+pub use cycle::Cycles;
+pub use gaps::{Gap, Margins, Selection, diagonal_gaps, select, vertical_gaps};
+pub use hopes::{Dot, Edge, Hole, Skeleton};
+pub use named::{Critical, EdgeId, TreeEdgeId};
+pub use ranking::{RankedDot, Ranking};
+pub use simplify::{Simplified, simplify};
+pub use view::{View, ViewSpec, up_to};

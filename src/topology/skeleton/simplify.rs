@@ -1,0 +1,601 @@
+//! The simplified skeleton: a view with its short edges collapsed, as far as no cycle is lost.
+//!
+//! In: a [`Skeleton`], a [`View`] of it, and a threshold (a radius). Out: a [`Simplified`] graph. Invariants: it has as many
+//! components and as many independent cycles as the view, no loops and no parallel edges, so every cycle keeps at least three
+//! edges; an edge of half-length below the threshold is left only where its ends share a neighbour; the answer depends on
+//! the positions alone, not on how vertices are numbered. Must not know: gaps, and where the threshold comes from.
+//!
+//! Cost: O(log m) for each edge whose length changes, of m in all. A collapse that moves a vertex changes all of that vertex' edges, so
+//! a hub with nothing but tips around it would cost the square of its degree; but an end of degree 2 does not move a hub, and
+//! tips hang on edges of the minimum spanning tree, which leave a vertex at least a sixth of a turn apart.
+
+use std::cmp::{Ordering, Reverse};
+use std::collections::{BTreeMap, BinaryHeap};
+
+use super::hopes::{Edge, Skeleton};
+use super::view::View;
+
+type Point = [f64; 2];
+
+/// A graph in the plane that is simpler than the view it was made of.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Simplified {
+    /// Where the vertices are, in order (x, then y).
+    pub positions: Vec<Point>,
+    /// Edges as places in `positions`, the smaller end first, in order.
+    pub edges: Vec<Edge>,
+    /// Of each vertex of the skeleton: the place in `positions` of the vertex that it has become part of.
+    pub image: Vec<u32>,
+}
+
+/// Collapses the shortest edge of a view, again and again, while its half-length is below `threshold` (a radius).
+///
+/// The merged vertex sits at the midpoint, except that an end of degree other than 2 beats an end of degree 2 and stays where
+/// it is. An edge whose collapse would make a loop or a parallel edge stays. Edges of equal length go in the order of
+/// their smaller ends, by x, then y, then of their larger ends.
+pub fn simplify(skeleton: &Skeleton, view: &View, threshold: f64) -> Simplified {
+    let vertices = skeleton.vertices();
+    let mut by_position: Vec<u32> = (0..vertices.len() as u32).collect();
+    by_position.sort_unstable_by_key(|&vertex| vertices[vertex as usize].position);
+    let mut rank = vec![0; vertices.len()];
+    for (place, &vertex) in by_position.iter().enumerate() {
+        rank[vertex as usize] = place as u32;
+    }
+    let positions = by_position.iter().map(|&vertex| vertices[vertex as usize].position.xy()).collect();
+    let edges = view.tree.iter().copied().chain(view.critical_edges(skeleton));
+    let edges = edges.map(|edge| edge.map(|vertex| rank[vertex as usize])).collect();
+    let mut graph = Graph::new(positions, edges, threshold);
+    graph.collapse_short();
+    graph.simplified(&rank)
+}
+
+/// The stamp of an edge that is gone, or that will never be collapsed.
+const SETTLED: u32 = u32::MAX;
+
+/// A graph that shrinks. Its vertices and edges are numbered by their first positions, so that the last resort of every tie,
+/// the number, means the same in every numbering of the cloud.
+struct Graph {
+    threshold: f64,
+    positions: Vec<Point>,
+    /// Of each vertex that is left: its neighbours, and the edges to them.
+    adjacent: Vec<Neighbours>,
+    /// Of each vertex: the one that it was merged into; itself, if it is left.
+    merged_into: Vec<u32>,
+    /// Of each edge that is left: its ends.
+    ends: Vec<Edge>,
+    /// Of each edge: changes whenever its length does.
+    stamps: Vec<u32>,
+    /// Edges below the threshold, the shortest first; those with an old stamp are void.
+    queue: BinaryHeap<Reverse<Candidate>>,
+    /// The shortest of them, in the order of their ends; they are in here only, so that most need not be compared by that.
+    ties: BinaryHeap<Reverse<Tie>>,
+    /// Working space: edges whose length has changed.
+    changed: Vec<u32>,
+}
+
+impl Graph {
+    /// A graph without loops and parallel edges, on vertices in order of position.
+    fn new(positions: Vec<Point>, mut edges: Vec<Edge>, threshold: f64) -> Self {
+        for edge in &mut edges {
+            edge.sort_unstable();
+        }
+        edges.sort_unstable();
+        let mut adjacent = vec![Neighbours::default(); positions.len()];
+        for (index, &[a, b]) in edges.iter().enumerate() {
+            adjacent[a as usize].insert(b, index as u32);
+            adjacent[b as usize].insert(a, index as u32);
+        }
+        let mut graph = Self {
+            threshold,
+            adjacent,
+            merged_into: (0..positions.len() as u32).collect(),
+            stamps: vec![0; edges.len()],
+            queue: BinaryHeap::new(),
+            ties: BinaryHeap::new(),
+            changed: Vec::new(),
+            positions,
+            ends: edges,
+        };
+        let all: Vec<_> = (0..graph.ends.len() as u32).filter_map(|edge| graph.candidate(edge)).map(Reverse).collect();
+        graph.queue = all.into();
+        graph
+    }
+
+    fn collapse_short(&mut self) {
+        while let Some(edge) = self.take_shortest() {
+            self.stamps[edge as usize] = SETTLED;
+            let [a, b] = self.ends[edge as usize];
+            // Skipped once, skipped for good: collapsing any edge of a triangle would make the other two parallel, so none of
+            // the three can ever go, and whatever else is collapsed leaves the triangle's corners three vertices, joined.
+            if !self.share_a_neighbour(a, b) {
+                self.collapse(a, b);
+            }
+        }
+    }
+
+    /// The shortest edge below the threshold, out of the queue.
+    fn take_shortest(&mut self) -> Option<u32> {
+        loop {
+            self.gather_ties();
+            let Reverse(Tie { candidate, .. }) = self.ties.pop()?;
+            if self.is_current(candidate) {
+                return Some(candidate.edge);
+            }
+        }
+    }
+
+    /// Moves on to the ties whatever in the queue is no longer than they are.
+    fn gather_ties(&mut self) {
+        while let Some(&Reverse(candidate)) = self.queue.peek() {
+            if self.ties.peek().is_some_and(|Reverse(tie)| tie.candidate.scale < candidate.scale) {
+                break;
+            }
+            self.queue.pop();
+            if self.is_current(candidate) {
+                self.ties.push(Reverse(Tie { candidate, ends: self.ordered_ends(candidate.edge) }));
+            }
+        }
+    }
+
+    fn is_current(&self, candidate: Candidate) -> bool {
+        self.stamps[candidate.edge as usize] == candidate.stamp
+    }
+
+    fn share_a_neighbour(&self, a: u32, b: u32) -> bool {
+        let (few, many) = self.by_degree(a, b);
+        self.adjacent[few as usize].iter().any(|(neighbour, _)| self.adjacent[many as usize].contains(neighbour))
+    }
+
+    /// Makes one vertex of two neighbours that share none. The one with more edges takes over those of the other, so that an
+    /// edge changes hands O(log m) times.
+    fn collapse(&mut self, a: u32, b: u32) {
+        let position = self.merged_position(a, b);
+        let (gone, kept) = self.by_degree(a, b);
+        self.merged_into[gone as usize] = kept;
+        self.adjacent[kept as usize].remove(gone);
+        for (neighbour, edge) in std::mem::take(&mut self.adjacent[gone as usize]).iter() {
+            if neighbour != kept {
+                self.adjacent[neighbour as usize].remove(gone);
+                self.adjacent[neighbour as usize].insert(kept, edge);
+                self.adjacent[kept as usize].insert(neighbour, edge);
+                self.ends[edge as usize] = [kept, neighbour];
+                self.changed.push(edge);
+            }
+        }
+        if self.positions[kept as usize] != position {
+            self.positions[kept as usize] = position;
+            self.changed.clear();
+            self.changed.extend(self.adjacent[kept as usize].iter().map(|(_, edge)| edge));
+        }
+        self.measure_changed();
+    }
+
+    /// Two vertices, the one with fewer edges first.
+    fn by_degree(&self, a: u32, b: u32) -> (u32, u32) {
+        if self.degree(a) <= self.degree(b) { (a, b) } else { (b, a) }
+    }
+
+    fn merged_position(&self, a: u32, b: u32) -> Point {
+        let [p, q] = [a, b].map(|vertex| self.positions[vertex as usize]);
+        match [a, b].map(|vertex| self.degree(vertex) == 2) {
+            [true, false] => q,
+            [false, true] => p,
+            [true, true] | [false, false] => [p[0].midpoint(q[0]), p[1].midpoint(q[1])],
+        }
+    }
+
+    /// Puts edges of a new length in their new place in the queue.
+    fn measure_changed(&mut self) {
+        while let Some(edge) = self.changed.pop() {
+            if self.stamps[edge as usize] != SETTLED {
+                self.stamps[edge as usize] += 1;
+                self.queue.extend(self.candidate(edge).map(Reverse));
+            }
+        }
+        if self.queue.len() > 2 * self.ends.len() {
+            self.queue.retain(|Reverse(candidate)| self.stamps[candidate.edge as usize] == candidate.stamp);
+        }
+    }
+
+    /// An edge as it is now, if it is below the threshold.
+    fn candidate(&self, edge: u32) -> Option<Candidate> {
+        let [p, q] = self.ordered_ends(edge);
+        let scale = half_length_squared(p, q);
+        let stamp = self.stamps[edge as usize];
+        (scale.sqrt() < self.threshold).then_some(Candidate { scale: scale.to_bits(), edge, stamp })
+    }
+
+    /// Where the ends of an edge are, in order.
+    fn ordered_ends(&self, edge: u32) -> [Point; 2] {
+        let [p, q] = self.ends[edge as usize].map(|vertex| self.positions[vertex as usize]);
+        if compare_points(&p, &q) == Ordering::Greater { [q, p] } else { [p, q] }
+    }
+
+    fn degree(&self, vertex: u32) -> usize {
+        self.adjacent[vertex as usize].len()
+    }
+
+    /// What is left; `rank` gives the number here of each vertex of the skeleton.
+    fn simplified(mut self, rank: &[u32]) -> Simplified {
+        let at = |vertex: u32| self.positions[vertex as usize];
+        let mut left: Vec<u32> = (0..self.positions.len() as u32).filter(|&vertex| self.is_left(vertex)).collect();
+        left.sort_by(|&a, &b| compare_points(&at(a), &at(b)));
+        let positions = left.iter().map(|&vertex| at(vertex)).collect();
+        let mut place = vec![0; self.positions.len()];
+        for (index, &vertex) in left.iter().enumerate() {
+            place[vertex as usize] = index as u32;
+        }
+        let edges = self.edges_left(&left, &place);
+        let image = rank.iter().map(|&vertex| place[self.root(vertex) as usize]).collect();
+        Simplified { positions, edges, image }
+    }
+
+    fn is_left(&self, vertex: u32) -> bool {
+        self.merged_into[vertex as usize] == vertex
+    }
+
+    fn edges_left(&self, left: &[u32], place: &[u32]) -> Vec<Edge> {
+        let mut edges: Vec<Edge> = Vec::new();
+        for &vertex in left {
+            let neighbours = self.adjacent[vertex as usize].iter();
+            let to = neighbours.map(|(neighbour, _)| [place[vertex as usize], place[neighbour as usize]]);
+            edges.extend(to.filter(|[a, b]| a < b));
+        }
+        edges.sort_unstable();
+        edges
+    }
+
+    /// The vertex that another one has become part of.
+    fn root(&mut self, mut vertex: u32) -> u32 {
+        while !self.is_left(vertex) {
+            let into = self.merged_into[vertex as usize];
+            // Halves the path for those who come after.
+            self.merged_into[vertex as usize] = self.merged_into[into as usize];
+            vertex = into;
+        }
+        vertex
+    }
+}
+
+/// An edge that is to be collapsed, as it was when its stamp was new.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Candidate {
+    /// Half its length, squared; the bits of doubles that are not negative are in the order of the doubles.
+    scale: u64,
+    edge: u32,
+    stamp: u32,
+}
+
+/// One of the shortest edges.
+#[derive(Clone, Copy, Debug)]
+struct Tie {
+    candidate: Candidate,
+    /// Where its ends are, in order.
+    ends: [Point; 2],
+}
+
+impl Ord for Tie {
+    fn cmp(&self, other: &Self) -> Ordering {
+        (self.candidate.scale.cmp(&other.candidate.scale))
+            .then_with(|| compare_points(&self.ends[0], &other.ends[0]))
+            .then_with(|| compare_points(&self.ends[1], &other.ends[1]))
+            // Vertices that have moved may lie on one another.
+            .then_with(|| self.candidate.cmp(&other.candidate))
+    }
+}
+
+impl PartialOrd for Tie {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Tie {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Tie {}
+
+/// So many neighbours are looked up by going through them.
+const FEW: usize = 16;
+
+/// The neighbours of a vertex, and the edges to them: a short list, which is all that most need, and a tree for the rest.
+#[derive(Clone, Debug, Default)]
+struct Neighbours {
+    few: Vec<(u32, u32)>,
+    rest: BTreeMap<u32, u32>,
+}
+
+impl Neighbours {
+    fn len(&self) -> usize {
+        self.few.len() + self.rest.len()
+    }
+
+    fn contains(&self, neighbour: u32) -> bool {
+        self.few.iter().any(|entry| entry.0 == neighbour) || self.rest.contains_key(&neighbour)
+    }
+
+    fn insert(&mut self, neighbour: u32, edge: u32) {
+        if self.few.len() < FEW {
+            self.few.push((neighbour, edge));
+        } else {
+            self.rest.insert(neighbour, edge);
+        }
+    }
+
+    fn remove(&mut self, neighbour: u32) {
+        match self.few.iter().position(|entry| entry.0 == neighbour) {
+            Some(place) => {
+                self.few.swap_remove(place);
+            }
+            None => {
+                self.rest.remove(&neighbour);
+            }
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+        self.few.iter().copied().chain(self.rest.iter().map(|(&neighbour, &edge)| (neighbour, edge)))
+    }
+}
+
+/// By x, then y.
+fn compare_points(p: &Point, q: &Point) -> Ordering {
+    p[0].total_cmp(&q[0]).then_with(|| p[1].total_cmp(&q[1]))
+}
+
+/// As for positions of the cloud, bit for bit: an edge that has not moved is below a threshold exactly when its scale in the
+/// skeleton is. (Midpoints are no such positions: they may come nearer to 0 than those are allowed to.)
+fn half_length_squared(p: Point, q: Point) -> f64 {
+    let (dx, dy) = (p[0] - q[0], p[1] - q[1]);
+    (dx * dx + dy * dy) * 0.25
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::topology::ViewSpec;
+    use crate::topology::testing::{Points, clouds, clouds_twice, lattice, points_of, skeleton_of};
+
+    fn simplified(points: &[Point], spec: ViewSpec, threshold: f64) -> Simplified {
+        let skeleton = skeleton_of(points);
+        simplify(&skeleton, &View::new(&skeleton, spec), threshold)
+    }
+
+    #[test]
+    fn a_square_becomes_a_triangle_and_no_less() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let whole = simplified(&square, ViewSpec::Full, 0.5);
+        assert_eq!(whole.positions, [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]], "half of 1 is not below 0.5");
+        assert_eq!(whole.edges, [[0, 1], [0, 2], [1, 3], [2, 3]]);
+        assert_eq!(whole.image, [0, 2, 3, 1]);
+        for threshold in [0.51, 10.0, f64::INFINITY] {
+            let triangle = simplified(&square, ViewSpec::Full, threshold);
+            assert_eq!(
+                triangle.positions,
+                [[0.0, 0.5], [1.0, 0.0], [1.0, 1.0]],
+                "the smallest of equal edges goes first"
+            );
+            assert_eq!(triangle.edges, [[0, 1], [0, 2], [1, 2]]);
+            assert_eq!(triangle.image, [0, 1, 2, 0]);
+        }
+    }
+
+    #[test]
+    fn branches_and_tips_stay_where_they_are() {
+        let arms = [[0.0, 0.0], [1.0, 0.0], [2.9, 0.0], [-1.0, 1.0], [-2.0, 2.5], [-1.0, -1.0], [-2.0, -2.5]];
+        let star = simplified(&arms, ViewSpec::Full, 0.8);
+        assert_eq!(star.positions, [[-2.0, -2.5], [-2.0, 2.5], [0.0, 0.0], [2.9, 0.0]]);
+        assert_eq!(star.edges, [[0, 2], [1, 2], [2, 3]]);
+        let bead = simplified(&[[0.0, 0.0], [3.0, 0.0], [4.0, 0.0]], ViewSpec::Full, 0.6);
+        assert_eq!(bead.positions, [[0.0, 0.0], [4.0, 0.0]]);
+    }
+
+    #[test]
+    fn lone_vertices_stay() {
+        let pairs = [[0.0, 0.0], [1.0, 0.0], [10.0, 0.0], [20.0, 0.0], [21.0, 0.0]];
+        let apart = simplified(&pairs, ViewSpec::Reduced { alpha: 1.0 }, f64::INFINITY);
+        assert_eq!(apart.positions, [[0.5, 0.0], [10.0, 0.0], [20.5, 0.0]]);
+        assert_eq!((apart.edges, apart.image), (vec![], vec![0, 0, 1, 2, 2]));
+    }
+
+    #[test]
+    fn few_or_no_points_are_no_trouble() {
+        assert_eq!(simplified(&[], ViewSpec::default(), f64::INFINITY), Simplified::default());
+        let one = simplified(&[[1.0, 2.0]], ViewSpec::default(), f64::INFINITY);
+        assert_eq!((one.positions, one.edges, one.image), (vec![[1.0, 2.0]], vec![], vec![0]));
+    }
+
+    #[test]
+    fn midpoints_do_not_overflow() {
+        let far = crate::topology::MAX_COORDINATE;
+        assert_eq!(simplified(&[[-far, far], [far, far]], ViewSpec::Full, f64::INFINITY).positions, [[0.0, far]]);
+    }
+
+    #[test]
+    fn theta_keeps_its_two_cycles() {
+        let points = points_of(include_str!("../../../tests/cases/theta_n250_e0.03.csv"));
+        let skeleton = skeleton_of(&points);
+        let view = View::new(&skeleton, ViewSpec::default());
+        let vs = view.selection.as_ref().unwrap().vs;
+        let at_vs = simplify(&skeleton, &view, vs);
+        assert_eq!((cycles(&at_vs), components(&at_vs)), (2, 1));
+        assert!(at_vs.edges.len() < view.tree.len() / 2, "{} edges", at_vs.edges.len());
+        let least = simplify(&skeleton, &view, f64::INFINITY);
+        assert_eq!((least.positions.len(), least.edges.len()), (4, 5), "two triangles that share an edge");
+    }
+
+    #[test]
+    fn a_lattice_full_of_ties_keeps_its_cycles() {
+        let points = lattice(12, 12);
+        let left = simplified(&points, ViewSpec::Full, 0.6);
+        assert_eq!((cycles(&left), components(&left)), (121, 1));
+        assert!(left.edges.len() < 2 * 12 * 11);
+    }
+
+    /// Quadratic time would be minutes here.
+    #[test]
+    fn a_hub_of_many_spokes_is_quick() {
+        let spokes = 100_000_u32;
+        let mut positions = vec![[-1.0, 0.0]];
+        let mut edges = Vec::new();
+        for spoke in 0..spokes {
+            let y = f64::from(spoke);
+            positions.push([0.0, y / f64::from(spokes)]);
+            edges.push([0, 1 + spoke]);
+            edges.push([1 + spoke, 1 + spokes + spoke]);
+        }
+        positions.extend((0..spokes).map(|spoke| [9.0, f64::from(spoke)]));
+        let identity: Vec<u32> = (0..positions.len() as u32).collect();
+        let mut graph = Graph::new(positions, edges, 1.0);
+        graph.collapse_short();
+        let star = graph.simplified(&identity);
+        assert_eq!(star.positions[0], [-1.0, 0.0]);
+        assert_eq!((star.positions.len(), star.edges.len()), (1 + spokes as usize, spokes as usize));
+        assert!(star.edges.iter().all(|edge| edge[0] == 0));
+    }
+
+    #[test]
+    fn a_long_path_is_quick() {
+        let count = 100_000_u32;
+        let positions: Points = (0..count).map(|index| [f64::from(index), f64::from(index % 7) / 10.0]).collect();
+        let identity: Vec<u32> = (0..count).collect();
+        let mut graph = Graph::new(positions, (1..count).map(|index| [index - 1, index]).collect(), f64::INFINITY);
+        graph.collapse_short();
+        let point = graph.simplified(&identity);
+        assert_eq!((point.positions.len(), point.edges.len()), (1, 0));
+        assert!(point.image.iter().all(|&place| place == 0));
+    }
+
+    fn components(graph: &Simplified) -> usize {
+        let mut of: Vec<usize> = (0..graph.positions.len()).collect();
+        let mut count = of.len();
+        for edge in &graph.edges {
+            let [a, b] = edge.map(|vertex| of[vertex as usize]);
+            if a != b {
+                of.iter_mut().filter(|component| **component == b).for_each(|component| *component = a);
+                count -= 1;
+            }
+        }
+        count
+    }
+
+    fn cycles(graph: &Simplified) -> usize {
+        graph.edges.len() + components(graph) - graph.positions.len()
+    }
+
+    fn share_a_neighbour(edges: &[Edge], [a, b]: Edge) -> bool {
+        let neighbours = |vertex: u32| -> Vec<u32> {
+            let around = edges.iter().filter(|edge| edge.contains(&vertex));
+            around.map(|&[a, b]| if a == vertex { b } else { a }).collect()
+        };
+        neighbours(a).iter().any(|neighbour| neighbours(b).contains(neighbour))
+    }
+
+    /// The definition, word by word: looks at every edge anew for each collapse.
+    fn by_definition(mut positions: Points, mut edges: Vec<Edge>, threshold: f64) -> (Points, Vec<Edge>) {
+        edges.iter_mut().for_each(|edge| edge.sort_unstable());
+        edges.sort_unstable();
+        let mut is_left = vec![true; positions.len()];
+        loop {
+            let at = |vertex: u32| positions[vertex as usize];
+            let key = |&[a, b]: &Edge| {
+                let mut ends = [at(a), at(b)];
+                ends.sort_by(compare_points);
+                (half_length_squared(at(a), at(b)), ends)
+            };
+            let compare = |e: &&Edge, f: &&Edge| key(e).partial_cmp(&key(f)).unwrap();
+            let short =
+                edges.iter().filter(|edge| key(edge).0.sqrt() < threshold && !share_a_neighbour(&edges, **edge));
+            let Some(&[a, b]) = short.min_by(compare) else { break };
+            let is_passed = |vertex: u32| edges.iter().filter(|edge| edge.contains(&vertex)).count() == 2;
+            positions[a as usize] = match [is_passed(a), is_passed(b)] {
+                [true, false] => at(b),
+                [false, true] => at(a),
+                _ => [at(a)[0].midpoint(at(b)[0]), at(a)[1].midpoint(at(b)[1])],
+            };
+            is_left[b as usize] = false;
+            edges.iter_mut().flatten().filter(|end| **end == b).for_each(|end| *end = a);
+            edges.retain(|[a, b]| a != b);
+        }
+        let ends = |edge: Edge| edge.map(|vertex| positions[vertex as usize]);
+        let mut lines: Vec<[Point; 2]> = edges.iter().copied().map(ends).collect();
+        lines.iter_mut().for_each(|line| line.sort_by(compare_points));
+        lines.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        let mut order: Vec<u32> = (0..positions.len() as u32).filter(|&vertex| is_left[vertex as usize]).collect();
+        order.sort_by(|&a, &b| compare_points(&positions[a as usize], &positions[b as usize]));
+        let place = |vertex: u32| order.iter().position(|&other| other == vertex).unwrap() as u32;
+        let mut edges: Vec<Edge> = edges.iter().map(|edge| edge.map(place)).collect();
+        edges.iter_mut().for_each(|edge| edge.sort_unstable());
+        edges.sort_unstable();
+        (order.iter().map(|&vertex| positions[vertex as usize]).collect(), edges)
+    }
+
+    fn specs() -> impl Strategy<Value = ViewSpec> {
+        prop_oneof![
+            Just(ViewSpec::Full),
+            Just(ViewSpec::default()),
+            (0.0..3.0).prop_map(|alpha| ViewSpec::Reduced { alpha }),
+        ]
+    }
+
+    fn thresholds() -> impl Strategy<Value = f64> {
+        prop_oneof![0.0..0.3, 0.3..3.0, Just(0.5), Just(0.51), Just(f64::INFINITY), Just(f64::NAN)]
+    }
+
+    proptest! {
+        #[test]
+        fn topology_is_kept(points in clouds(), spec in specs(), threshold in thresholds()) {
+            let skeleton = skeleton_of(&points);
+            let view = View::new(&skeleton, spec);
+            let simple = simplify(&skeleton, &view, threshold);
+            prop_assert_eq!((cycles(&simple), components(&simple)), (view.cycles, view.components));
+            prop_assert!(simple.edges.iter().all(|[a, b]| a < b), "no loops, the smaller end first");
+            prop_assert!(simple.edges.is_sorted_by(|a, b| a < b), "in order, and no parallel edges");
+            prop_assert!(simple.positions.is_sorted());
+            for &edge in &simple.edges {
+                let [p, q] = edge.map(|vertex| simple.positions[vertex as usize]);
+                let short = half_length_squared(p, q).sqrt() < threshold;
+                prop_assert!(!short || share_a_neighbour(&simple.edges, edge), "{edge:?} is left at {threshold}");
+            }
+        }
+
+        #[test]
+        fn vertices_become_part_of_what_their_edges_lead_to(points in clouds(), spec in specs(), threshold in thresholds()) {
+            let skeleton = skeleton_of(&points);
+            let view = View::new(&skeleton, spec);
+            let simple = simplify(&skeleton, &view, threshold);
+            prop_assert_eq!(simple.image.len(), skeleton.vertices().len());
+            let edges = view.tree.iter().copied().chain(view.critical_edges(&skeleton));
+            let mut left: Vec<Edge> = edges.map(|edge| edge.map(|vertex| simple.image[vertex as usize])).collect();
+            left.retain(|[a, b]| a != b);
+            left.iter_mut().for_each(|edge| edge.sort_unstable());
+            left.sort_unstable();
+            prop_assert_eq!(left, simple.edges);
+        }
+
+        #[test]
+        fn oracle_is_the_definition(points in clouds(), spec in specs(), threshold in thresholds()) {
+            let skeleton = skeleton_of(&points);
+            let view = View::new(&skeleton, spec);
+            let simple = simplify(&skeleton, &view, threshold);
+            let mut positions: Points = skeleton.vertices().iter().map(|vertex| vertex.position.xy()).collect();
+            let place_of: Vec<Point> = positions.clone();
+            positions.sort_by(compare_points);
+            let rank = |vertex: u32| positions.iter().position(|p| *p == place_of[vertex as usize]).unwrap() as u32;
+            let edges = view.tree.iter().copied().chain(view.critical_edges(&skeleton)).map(|edge| edge.map(rank));
+            let expected = by_definition(positions.clone(), edges.collect(), threshold);
+            prop_assert_eq!((simple.positions, simple.edges), expected);
+        }
+
+        #[test]
+        fn numbering_does_not_matter((points, shuffled) in clouds_twice(), spec in specs(), threshold in thresholds()) {
+            let [a, b] = [points, shuffled].map(|points| simplified(&points, spec, threshold));
+            prop_assert_eq!((a.positions, a.edges), (b.positions, b.edges));
+        }
+    }
+}

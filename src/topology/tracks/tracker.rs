@@ -1,0 +1,438 @@
+//! Tracks: persistent cycles followed from frame to frame, each under an id that lasts.
+//!
+//! In: the dots of a frame that are worth looking at, most persistent first, and where the cloud has changed. Out: a [`TrackStep`]: what has happened, and who is
+//! alive. A track is announced when its dot was selected in so many frames on end, and ends when it was not there in so many; in between it may be out of
+//! the selection without ending. Where a hole divides, the part with the larger death keeps the id, and the other one's track says what it was
+//! split from; where two become one, the one with the larger death goes on, and the other one's track says into which it was merged. Invariants: what is told depends on
+//! the positions of points alone, not on their order or ids; every track begins once and ends once; nothing is said of a track before it has begun or after it has
+//! ended. Must not know: how dots are found, formats.
+
+use super::hole_region::HoleRegion;
+use super::recognition::{LastSeen, back, held, recognize};
+use super::rule::TrackOptions;
+use super::sighting::{Sighting, Sightings};
+use super::state::TrackState;
+use super::track::{EventKind, Track, TrackEvent, TrackId, TrackStep};
+use crate::topology::skeleton::Hole;
+
+/// Regions with so many vertices around them in all are looked at anew in a frame.
+const IN_TURN: usize = 256;
+
+/// For a hole of less than this share of its radius, a track's region is not looked at anew: what it was decides.
+const SUBSTANTIAL: f64 = 0.25;
+
+/// A frame that tracks are brought to.
+#[derive(Clone, Copy, Debug)]
+pub struct At {
+    /// Its number.
+    pub number: u64,
+    /// Its time.
+    pub time: Option<f64>,
+}
+
+/// Follows the persistent cycles of one stream.
+#[derive(Clone, Debug)]
+pub struct Tracker<R> {
+    options: TrackOptions,
+    /// The frame that it has been brought to; 0 for none.
+    frame: u64,
+    /// In order of first sight.
+    states: Vec<TrackState<R>>,
+    /// Names states, announced or not.
+    next_key: u64,
+    next_id: u64,
+    /// What is left over for looking at regions.
+    saved: usize,
+}
+
+impl<R: HoleRegion> Tracker<R> {
+    /// Has seen nothing yet.
+    pub fn new(options: TrackOptions) -> Self {
+        Self { options, frame: 0, states: Vec::new(), next_key: 0, next_id: 1, saved: 0 }
+    }
+
+    /// What it follows, and how.
+    pub fn options(&self) -> &TrackOptions {
+        &self.options
+    }
+
+    /// Number of the frame it has been brought to; 0 for none.
+    pub fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// All tracks that have been announced and have not ended, by id.
+    pub fn alive(&self) -> impl Iterator<Item = &Track> {
+        self.announced().map(|life| &life.track)
+    }
+
+    /// Those of them that are there in the frame it has been brought to, by id.
+    pub(crate) fn seen(&self) -> impl Iterator<Item = (TrackId, &Sighting)> {
+        let frame = self.frame;
+        self.announced().filter(move |life| life.last_seen == frame).map(|life| (life.track.id, &life.sighting))
+    }
+
+    fn announced(&self) -> impl Iterator<Item = &TrackState<R>> {
+        self.states.iter().filter(|life| life.is_announced)
+    }
+
+    /// How many states there are, announced or not, and the least persistence that continues one of them.
+    pub(crate) fn looks_for(&self) -> (usize, f64) {
+        let least = self.states.iter().map(|life| life.least).fold(f64::INFINITY, f64::min);
+        (self.states.len(), least)
+    }
+
+    /// Brings tracks to a frame.
+    pub(crate) fn advance(
+        &mut self,
+        at: At,
+        sightings: Sightings,
+        mut find_region: impl FnMut(&Sighting) -> R,
+    ) -> TrackStep {
+        let Sightings { all, is_selected, left_out } = sightings;
+        let known: Vec<LastSeen<'_, R>> = self.states.iter().map(|life| life.last_seen(at.number)).collect();
+        let own = recognize(&known, &all, &is_selected, &mut find_region);
+        let mut is_new = is_selected.clone();
+        own.iter().flatten().for_each(|&(place, _)| is_new[place] = false);
+        let newcomers: Vec<usize> = (0..all.len()).filter(|&place| is_new[place]).collect();
+        // In whose hole something is new is told by the holes as they were before, or else as they are now: what divides slowly is one below the new dot's birth.
+        let before: Vec<Option<u64>> = newcomers.iter().map(|&place| self.held(all[place].hole.center)).collect();
+        for (life, own) in self.states.iter_mut().zip(own) {
+            match own {
+                Some((place, by)) => life.see(at.number, &all[place], by, is_selected[place]),
+                None => life.missed = life.missed.saturating_add(1),
+            }
+        }
+        self.frame = at.number;
+        for (&place, before) in newcomers.iter().zip(before) {
+            let parent = before.or_else(|| self.holds_now(all[place].hole, &mut find_region));
+            self.states.push(TrackState::new(self.next_key, at.number, all[place].clone(), parent));
+            self.next_key += 1;
+        }
+        let events = self.tell(at, &mut find_region);
+        self.look_in_turn(&mut find_region);
+        let alive = self.announced().map(|life| life.track).collect();
+        TrackStep { number: at.number, time: at.time, events, alive, left_out }
+    }
+
+    /// Looks at the regions that were not looked at for the longest time. A large one has to wait until enough has been saved up for it.
+    fn look_in_turn(&mut self, find_region: &mut impl FnMut(&Sighting) -> R) {
+        let frame = self.frame;
+        let is_due = |life: &&mut TrackState<R>| life.is_there() && life.shaped < frame;
+        let mut due: Vec<&mut TrackState<R>> = self.states.iter_mut().filter(is_due).collect();
+        due.sort_unstable_by_key(|life| (life.shaped, life.key));
+        self.saved += IN_TURN;
+        for life in due {
+            let Some(left) = self.saved.checked_sub(life.region.vertex_count().max(1)) else { return };
+            life.shape(frame, find_region);
+            self.saved = left;
+        }
+        self.saved = 0;
+    }
+
+    /// The announced life in whose hole, as it was looked at last, a point lies: the smallest, if there are several.
+    fn held(&self, point: [f64; 2]) -> Option<u64> {
+        let holds = |life: &&TrackState<R>| held(&life.region, life.shift(), point);
+        smallest(self.announced().filter(holds))
+    }
+
+    /// The same among those that are there, as they are now.
+    fn holds_now(&mut self, hole: Hole, find_region: &mut impl FnMut(&Sighting) -> R) -> Option<u64> {
+        let (frame, point) = (self.frame, hole.center);
+        let is_near = |life: &&mut TrackState<R>| {
+            let is_small = hole.radius < SUBSTANTIAL * life.track.hole.radius;
+            let is_near = life.region.is_near(point) || life.region.is_near(back(point, life.shift()));
+            life.is_there() && !is_small && is_near
+        };
+        self.states.iter_mut().filter(is_near).for_each(|life| life.shape(frame, find_region));
+        smallest(self.states.iter().filter(|life| life.is_there() && held(&life.region, life.shift(), point)))
+    }
+
+    /// What has happened, in order of ids.
+    fn tell(&mut self, at: At, find_region: &mut impl FnMut(&Sighting) -> R) -> Vec<TrackEvent> {
+        let TrackOptions { confirm, miss, delta, .. } = self.options;
+        // Who was never announced goes without a word.
+        self.states.retain(|life| life.is_announced || life.missed == 0 && life.track.is_selected);
+        let mut events = Vec::new();
+        let mut ended = Vec::new();
+        for place in 0..self.states.len() {
+            let life = &self.states[place];
+            let (hole, parent) = (life.track.hole, life.parent);
+            let mut kinds = Vec::new();
+            if life.missed >= miss.get() {
+                ended.push(life.key);
+                let heir = self.holds_now(hole, find_region);
+                kinds.push(self.id_of(heir).map_or(EventKind::Died, |into| EventKind::Merged { into }));
+            } else if life.is_there() {
+                kinds.extend(life.update(delta).map(EventKind::Updated));
+                kinds.extend(life.selection_change(confirm, miss));
+            } else if !life.is_announced && at.number - life.first_seen + 1 >= u64::from(confirm.get()) {
+                let parent = self.id_of(parent);
+                self.states[place].shape(at.number, find_region);
+                kinds.push(parent.map_or(EventKind::Born, |from| EventKind::Split { from }));
+            }
+            for kind in kinds {
+                let id = TrackId(self.next_id);
+                let life = &mut self.states[place];
+                if life.record(kind, id) {
+                    self.next_id += 1;
+                }
+                events.push(TrackEvent { frame: at.number, time: at.time, kind, track: life.track });
+            }
+        }
+        self.states.retain(|life| !ended.contains(&life.key));
+        events.sort_by_key(|event| event.track.id);
+        events
+    }
+
+    /// The name of a life that is there.
+    fn id_of(&self, key: Option<u64>) -> Option<TrackId> {
+        self.states.iter().find(|life| Some(life.key) == key && life.is_there()).map(|life| life.track.id)
+    }
+}
+
+fn smallest<'a, R: 'a>(states: impl Iterator<Item = &'a TrackState<R>>) -> Option<u64> {
+    states.min_by(|a, b| a.track.area.total_cmp(&b.track.area)).map(|life| life.key)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::num::NonZeroU32;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::topology::testing::{Points, clouds, ring};
+    use crate::topology::{Changed, Options, Pipeline, TrackRule, Tracker, ViewSpec, Window};
+
+    /// A stream whose frames replace each other, and who follows it.
+    struct Scene {
+        pipeline: Pipeline,
+        tracker: Tracker,
+    }
+
+    impl Scene {
+        fn new(rule: TrackRule) -> Self {
+            let window = Window::Frames(std::num::NonZeroU64::MIN);
+            let pipeline = Pipeline::new(Options { window, resolution: None });
+            let miss = NonZeroU32::new(3).unwrap();
+            Self { pipeline, tracker: Tracker::new(TrackOptions { miss, ..TrackOptions::new(rule) }) }
+        }
+
+        fn show(&mut self, points: &[[f64; 2]]) -> TrackStep {
+            assert_eq!(self.pipeline.feed_points(points, None), []);
+            self.pipeline.commit(None);
+            self.pipeline.poll_tracks(&mut self.tracker).expect("a frame was committed")
+        }
+
+        /// What has happened in some frames that are alike, updates left out.
+        fn hold(&mut self, frames: usize, points: &[[f64; 2]]) -> Vec<(u64, u64, EventKind)> {
+            let steps: Vec<TrackStep> = (0..frames).map(|_| self.show(points)).collect();
+            let events = steps.iter().flat_map(|step| &step.events);
+            let news = events.filter(|event| !matches!(event.kind, EventKind::Updated(_)));
+            news.map(|event| (event.frame, event.track.id.0, event.kind)).collect()
+        }
+    }
+
+    fn moved(points: &[[f64; 2]], [dx, dy]: [f64; 2]) -> Points {
+        points.iter().map(|[x, y]| [x + dx, y + dy]).collect()
+    }
+
+    /// The border of two discs of radii 10 and 8 whose centres are so far apart.
+    fn pair(apart: f64) -> Points {
+        let (big, small) = (ring(63, 10.0), moved(&ring(50, 8.0), [apart, 0.0]));
+        let outside = |point: &&[f64; 2], center: f64, radius: f64| (point[0] - center).hypot(point[1]) > radius;
+        let big = big.iter().filter(|point| outside(point, apart, 8.0));
+        big.chain(small.iter().filter(|point| outside(point, 0.0, 10.0))).copied().collect()
+    }
+
+    const ABOVE: TrackRule = TrackRule::Above(3.0);
+
+    #[test]
+    fn a_ring_is_announced_followed_and_ended() {
+        let mut scene = Scene::new(ABOVE);
+        let circle = ring(40, 10.0);
+        assert_eq!(scene.hold(4, &circle), [(2, 1, EventKind::Born)]);
+        let step = scene.show(&moved(&circle, [1.0, 0.0]));
+        let [event] = &step.events[..] else { panic!("one event: {step:?}") };
+        assert_eq!(event.kind, EventKind::Updated(Changed { center: true, birth: false, death: false }));
+        let Track { id, age, hole, velocity, .. } = event.track;
+        assert_eq!((id, age), (TrackId(1), 5));
+        assert!((hole.center[0] - 1.0).abs() < 1e-9 && (velocity[0] - 0.5).abs() < 1e-9, "{hole:?} {velocity:?}");
+        assert!((step.alive[0].area - 40.0 / 2.0 * 100.0 * (std::f64::consts::TAU / 40.0).sin()).abs() < 1e-9);
+        let regions = scene.pipeline.track_regions(&scene.tracker);
+        assert_eq!((regions.len(), regions[0].0, regions[0].1.boundary()[0].len()), (1, id, 40));
+        assert_eq!(scene.hold(4, &[[0.0, 0.0]]), [(8, 1, EventKind::Died)]);
+        assert_eq!(scene.tracker.alive().count(), 0);
+    }
+
+    #[test]
+    fn a_flash_is_no_track_and_a_gap_does_not_end_one() {
+        let mut scene = Scene::new(ABOVE);
+        let circle = ring(40, 10.0);
+        let flash = [circle.clone(), moved(&circle, [50.0, 0.0])].concat();
+        assert_eq!(scene.hold(2, &circle).len(), 1);
+        assert_eq!(scene.hold(1, &flash), []);
+        assert_eq!(scene.hold(2, &[[0.0, 0.0]]), []);
+        assert_eq!(scene.hold(3, &circle), []);
+    }
+
+    #[test]
+    fn a_hole_that_divides_keeps_its_name_and_names_its_part() {
+        let mut scene = Scene::new(ABOVE);
+        assert_eq!(scene.hold(3, &pair(14.0)), [(2, 1, EventKind::Born)]);
+        let split = EventKind::Split { from: TrackId(1) };
+        assert_eq!(scene.hold(4, &pair(17.9)), [(5, 2, split)]);
+        let [big, small] = [1, 2].map(|id| *scene.tracker.alive().find(|track| track.id == TrackId(id)).unwrap());
+        assert!(big.hole.radius > 9.5 && (7.5..8.5).contains(&small.hole.radius), "{big:?} {small:?}");
+        let merged = EventKind::Merged { into: TrackId(1) };
+        assert_eq!(scene.hold(4, &pair(14.0)), [(10, 2, merged)]);
+    }
+
+    #[test]
+    fn a_hole_whose_larger_part_changes_sides_is_the_same() {
+        let mut scene = Scene::new(ABOVE);
+        let swap = |points: Points| points.into_iter().map(|[x, y]| [14.0 - x, y]).collect::<Points>();
+        assert_eq!(scene.hold(3, &pair(14.0)).len(), 1);
+        assert_eq!(scene.hold(3, &swap(pair(14.0))), []);
+    }
+
+    #[test]
+    fn out_of_the_view_is_not_out_of_the_world() {
+        let mut scene = Scene::new(TrackRule::Top(NonZeroU32::MIN));
+        let (large, small) = (ring(40, 10.0), moved(&ring(40, 8.0), [40.0, 0.0]));
+        assert_eq!(scene.hold(3, &small), [(2, 1, EventKind::Born)]);
+        let both = [large, small.clone()].concat();
+        assert_eq!(scene.hold(4, &both), [(5, 2, EventKind::Born), (6, 1, EventKind::Unselected)]);
+        assert_eq!(scene.hold(4, &small), [(9, 1, EventKind::Reselected), (10, 2, EventKind::Died)]);
+    }
+
+    #[test]
+    fn what_moves_less_than_asked_for_is_not_told() {
+        let mut scene = Scene::new(ABOVE);
+        scene.tracker.options.delta = 1.0;
+        let circle = ring(40, 10.0);
+        scene.hold(2, &circle);
+        let told: Vec<usize> =
+            (1..=7).map(|step| scene.show(&moved(&circle, [f64::from(step) * 0.4, 0.0])).events.len()).collect();
+        assert_eq!(told, [0, 0, 1, 0, 0, 1, 0]);
+    }
+
+    #[test]
+    fn a_frame_is_told_once_and_skipped_ones_count() {
+        let mut scene = Scene::new(ABOVE);
+        let circle = ring(40, 10.0);
+        scene.show(&circle);
+        assert_eq!(scene.pipeline.poll_tracks(&mut scene.tracker), None);
+        scene.pipeline.feed_points(&circle, None);
+        scene.pipeline.commit(None);
+        let step = scene.show(&circle);
+        assert_eq!((step.number, step.events[0].kind, step.events[0].track.age), (3, EventKind::Born, 3));
+    }
+
+    /// Where an annulus is filled last is anywhere on a circle, from the first frame on.
+    #[test]
+    fn an_annulus_is_announced_though_its_centre_jumps() {
+        let mut scene = Scene::new(ABOVE);
+        let turned = |angle: f64| -> Points {
+            let (sin, cos) = angle.sin_cos();
+            // A dent inwards on the outer ring's far side leaves the widest place opposite.
+            let dented = |[x, y]: [f64; 2]| if x < 0.0 { [0.96 * x, y] } else { [x, y] };
+            let rings = [ring(126, 20.0).into_iter().map(dented).collect(), ring(40, 6.0)].concat();
+            rings.into_iter().map(|[x, y]| [cos * x - sin * y, sin * x + cos * y]).collect()
+        };
+        let first = scene.show(&turned(0.0));
+        assert_eq!(first.events, []);
+        let second = scene.show(&turned(2.5));
+        let born: Vec<f64> = second.events.iter().map(|event| event.track.hole.radius.round()).collect();
+        assert_eq!(born, [7.0, 6.0], "{second:?}");
+        let third = scene.show(&turned(5.0));
+        assert!(third.events.iter().all(|event| matches!(event.kind, EventKind::Updated(_))), "{third:?}");
+        assert_eq!(third.alive.len(), 2);
+    }
+
+    /// Rings that jump about, some close to each other, in clouds of every kind; between frames a part of the points changes.
+    fn frames() -> impl Strategy<Value = Vec<Points>> {
+        let circle = (8..30_u32, 0.2..1.5, -2.0..2.0, -2.0..2.0);
+        let circles = prop::collection::vec(circle, 0..4).prop_map(|circles| {
+            circles
+                .into_iter()
+                .flat_map(|(count, radius, x, y)| moved(&ring(count, radius), [x, y]))
+                .collect::<Points>()
+        });
+        let cloud = (clouds(), circles).prop_map(|(cloud, circles)| [cloud, circles].concat());
+        prop::collection::vec((cloud, 0..4_usize, 1..4_usize), 1..6).prop_map(|steps| {
+            let mut frames: Vec<Points> = Vec::new();
+            for (cloud, share, times) in steps {
+                for _ in 0..times {
+                    let stay = frames.last().map_or(&[][..], |last| &last[..last.len() * share / 4]);
+                    frames.push([stay, &cloud[..]].concat());
+                }
+            }
+            frames
+        })
+    }
+
+    fn rules() -> impl Strategy<Value = TrackRule> {
+        let ranks = (1..4_u32, 1..3_u32).prop_map(|(k, l)| [k, l].map(|rank| NonZeroU32::new(rank).unwrap()));
+        prop_oneof![
+            (0.01..0.5).prop_map(TrackRule::Above),
+            (1..9_u32).prop_map(|most| TrackRule::Top(NonZeroU32::new(most).unwrap())),
+            ranks.prop_map(|[k, l]| TrackRule::View(ViewSpec::Derived { k, l })),
+            Just(TrackRule::View(ViewSpec::Full)),
+        ]
+    }
+
+    /// Every track begins once, ends once, and is told of in between only; those alive are those that have begun and not ended.
+    fn check_lives(living: &mut Vec<TrackId>, step: &TrackStep) {
+        for event in &step.events {
+            let id = event.track.id;
+            match event.kind {
+                EventKind::Born | EventKind::Split { .. } => {
+                    assert!(!living.contains(&id));
+                    living.push(id);
+                }
+                EventKind::Merged { .. } | EventKind::Died => living.retain(|other| *other != id),
+                _ => assert!(living.contains(&id)),
+            }
+            if let EventKind::Split { from: other } | EventKind::Merged { into: other } = event.kind {
+                assert!(living.contains(&other) && other != id);
+            }
+        }
+        assert_eq!(step.alive.iter().map(|track| track.id).collect::<Vec<_>>(), *living);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
+
+        /// Not the order of points, nor how skeletons are found, decides anything; and regions that were kept are those that would be found.
+        #[test]
+        fn tracks_depend_on_positions_alone((frames, seed) in (frames(), any::<u64>()), rule in rules()) {
+            let mut scene = Scene::new(rule);
+            let mut other = Scene::new(rule);
+            other.pipeline = other.pipeline.with_leaf(6);
+            let mut living = Vec::new();
+            for points in frames {
+                let step = scene.show(&points);
+                check_lives(&mut living, &step);
+                let mut shuffled = points.clone();
+                shuffled.rotate_left(seed as usize % points.len().max(1));
+                shuffled.reverse();
+                prop_assert_eq!(&other.show(&shuffled), &step);
+                let frame = scene.pipeline.poll_frame().expect("a frame was committed");
+                for (id, region) in scene.pipeline.track_regions(&scene.tracker) {
+                    let track = step.alive.iter().find(|track| track.id == id).expect("it is alive");
+                    let is_its = |dot: &&crate::topology::Dot| {
+                        (dot.birth, dot.death, frame.skeleton.hole(dot)) == (track.birth, track.death, track.hole)
+                    };
+                    prop_assert!(frame.skeleton.dots().iter().any(|dot| is_its(&dot)));
+                    prop_assert!(region.area() > 0.0 && region.contains(track.hole.center));
+                    let life = scene.tracker.states.iter().find(|life| life.track.id == id).expect("it lives");
+                    if life.shaped == step.number {
+                        prop_assert_eq!((&life.region, track.area), (&region, region.area()));
+                    }
+                }
+            }
+        }
+    }
+}
