@@ -1,6 +1,10 @@
 //! Where a daemon listens and where its peers find it: `unix:PATH` or `tcp:HOST:PORT`.
 //!
-//! In: words of the command line. Out: an [`Address`]. Must not know: what is said there.
+//! In: words of the command line. Out: an [`Address`].
+//!
+//! Invariants: what is written is read as the same address.
+//!
+//! Must not know: sockets.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -8,7 +12,7 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
-/// A place to listen at, or to connect to.
+/// An address to listen at, or to connect to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
     /// A Unix socket.

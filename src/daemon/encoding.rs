@@ -1,7 +1,9 @@
 //! Messages, encoded once for any number of receivers.
 //!
 //! In: a message of the protocol. Out: its bytes, shared.
+//!
 //! Invariants: a message that cannot be encoded is logged.
+//!
 //! Must not know: who receives it.
 
 use hopes_protocol as wire;

@@ -1,6 +1,7 @@
 //! Why the daemon stops before it was asked to.
 //!
 //! In: errors of its parts. Out: one kind for each, with the exit code's meaning.
+//!
 //! Must not know: exit codes.
 
 use hopes::topology::Contradiction;

@@ -1,7 +1,9 @@
 //! What the HTTP server may see and do: the daemon's status, snapshots, connections that only read.
 //!
 //! In: questions, and sockets that carry the protocol. Out: status, the newest frame of a stream, connections.
+//!
 //! Invariants: nothing asked here changes a stream; no engine waits for an answer to be taken.
+//!
 //! Must not know: HTTP.
 
 use std::fmt;

@@ -1,8 +1,10 @@
 //! Input errors: counted, logged, and under `strict` the end.
 //!
 //! In: what could not be used, as it comes up. Out: warnings in the log, a count.
+//!
 //! Invariants: every error is counted. The first hundred are logged one by one, then only their number, so that a flood
 //! of garbage does not become a flood of logs.
+//!
 //! Must not know: where input comes from.
 
 use std::fmt::Display;

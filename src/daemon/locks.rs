@@ -1,7 +1,9 @@
 //! Locking, where a panic of another thread does no harm.
 //!
 //! In: a mutex. Out: its guard.
+//!
 //! Invariants: only for data that is whole between any two statements, so that a poisoned lock guards whole data.
+//!
 //! Must not know: what is guarded.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -12,8 +12,9 @@
 //! queues. Only producers wait: for their own stream, or for the reader of stdout; nobody waits for a consumer on a
 //! socket. A request to end finishes what was taken in, writes it and sends it. Threads are named, and joined.
 //!
-//! Rooms: `streams` (engines, what they take in and publish) knows no connection; `connections` (sockets, readers, writers)
-//! knows streams; [`HttpAccess`] is what the live page may use; `run` starts and ends all of them.
+//! Rooms: `streams` (engines, what they take in and publish) knows no connection; `connections` (sockets, readers,
+//! writers) knows streams; [`HttpAccess`] is what the live page may use; `run` starts and ends all of them.
+//!
 //!
 //! Must not know: how inputs are parsed, how frames are written, pictures.
 

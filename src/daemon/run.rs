@@ -1,8 +1,10 @@
 //! Running a daemon: starts its parts, waits for a reason to end, ends them in order.
 //!
 //! In: settings, the process' own source and sink, a starter of HTTP, the wish to stop. Out: how it ended.
+//!
 //! Invariants: parts end in the order in which data flows: listeners, readers, engines, writers. What was taken in is
 //! finished before the end.
+//!
 //! Must not know: what any part does.
 
 use std::io;
@@ -53,8 +55,8 @@ type Writer = JoinHandle<io::Result<()>>;
 /// Serves until it is asked to stop or something fails; without an address to listen at and without HTTP, until the
 /// source ends.
 ///
-/// The thread that reads the source is not joined: it may be blocked in a read that never returns, and owns nothing that
-/// has to be finished.
+/// The thread that reads the source is not joined: it may be blocked in a read that never returns, and owns nothing
+/// that has to be finished.
 ///
 /// # Errors
 /// [`DaemonError`].

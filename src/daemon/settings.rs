@@ -1,7 +1,9 @@
 //! What a daemon is told to do: its streams, its limits, where peers connect.
 //!
 //! In: values that the caller has checked. Out: the same, shared by all threads.
+//!
 //! Invariants: settings never change while the daemon runs.
+//!
 //! Must not know: arguments, threads, sockets.
 
 use std::num::NonZeroUsize;

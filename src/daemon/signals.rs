@@ -1,9 +1,9 @@
 //! Ctrl-C and SIGTERM as events.
 //!
 //! In: signals of the process. Out: a channel with the signal's name.
-//! Invariants: the first signal requests an end in good order. A second one, of either kind, ends the process at once, with
-//! the usual exit code 128 + number.
-//! Must not know: what an end in good order is.
+//! Invariants: the first signal requests an end in
+//! good order. A second one, of either kind, ends the process at once, with the usual exit code 128 + number. Must not
+//! know: what an end in good order is.
 
 use std::io;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use signal_hook::iterator::Signals;
 
-/// A channel that says which signal came.
+/// A channel that receives the name of the first signal.
 pub fn channel() -> io::Result<Receiver<&'static str>> {
     let was_asked = Arc::new(AtomicBool::new(false));
     for (signal, code) in [(SIGINT, 130), (SIGTERM, 143)] {

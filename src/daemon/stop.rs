@@ -1,7 +1,9 @@
 //! The request to stop in good order, for those who work in a loop.
 //!
 //! In: Ctrl-C and SIGTERM, or a request of this process. Out: the first request, if there was any.
+//!
 //! Invariants: as in `signals`: a second signal ends the process at once.
+//!
 //! Must not know: what stops.
 
 use std::io;

@@ -146,7 +146,7 @@ impl Transport for WebSocket {
         self.socket.write(&together, patience)
     }
 
-    fn has_to_say(&self) -> bool {
+    fn has_pending(&self) -> bool {
         lock(&self.outgoing).pong.is_some()
     }
 

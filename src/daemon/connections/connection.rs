@@ -1,7 +1,9 @@
 //! A connection to a peer: what its reader and its writer thread share.
 //!
 //! In: messages to the peer, cursors, the wish to end. Out: the same, to the writer thread.
+//!
 //! Invariants: the reader and the writer thread wait for nobody of another connection.
+//!
 //! Must not know: what messages say, what streams compute.
 
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};

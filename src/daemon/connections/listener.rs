@@ -1,8 +1,10 @@
 //! Addresses where peers connect: Unix sockets and TCP ports.
 //!
 //! In: an [`Address`]. Out: connected sockets for the [`Registry`].
+//!
 //! Invariants: a Unix socket is never open to others than its owner, not even for a moment. The socket of a daemon that
 //! is gone is replaced, that of a running one is not. TCP is open to this machine only, unless asked for.
+//!
 //! Must not know: the protocol.
 
 use std::fs;
@@ -22,26 +24,26 @@ use super::registry::Registry;
 use super::socket::Socket;
 use crate::daemon::address::Address;
 
-/// Why a place cannot be listened at.
+/// Why an address cannot be listened at.
 #[derive(Debug, Error)]
 pub enum ListenError {
-    /// Somebody else is there.
+    /// Another daemon listens there.
     #[error("another daemon is listening at {0}: stop it, or take another place")]
     InUse(Address),
-    /// There is a file that is no socket.
+    /// The path is a file that is no socket.
     #[error("{path} is there and no socket: move it away, or take another place", path = .0.display())]
     NotASocket(PathBuf),
-    /// Not on this machine, and nobody asked for that.
+    /// Other machines can reach it, and the settings do not allow that.
     #[error(
         "{0} can be reached from other machines, which may then feed and read all streams: add --allow-remote if you want that"
     )]
     Remote(Address),
-    /// The page, not on this machine, and nobody asked for that.
+    /// Other machines can reach the page, and the settings do not allow that.
     #[error(
         "{0} can be reached from other machines, which may then see all streams: add --allow-remote if you want that"
     )]
     RemotePage(Address),
-    /// The system says no.
+    /// The system refuses.
     #[error("cannot listen at {address}: {error}")]
     System {
         /// Where.
@@ -56,7 +58,7 @@ enum Bound {
     Tcp(TcpListener),
 }
 
-/// A place that is listened at, by a thread of its own.
+/// An address that is listened at, by a thread of its own.
 pub struct Listener {
     bound: Arc<Bound>,
     is_ending: Arc<AtomicBool>,
@@ -64,7 +66,7 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// Listens at a place, and has everybody admitted who connects.
+    /// Listens at an address, and hands each connection to the registry.
     ///
     /// # Errors
     /// [`ListenError`].
@@ -87,9 +89,9 @@ impl Listener {
     /// Listens no more.
     pub fn stop(self) {
         self.is_ending.store(true, Ordering::Release);
-        // Accepting ends when somebody comes.
+        // The thread is blocked in accept: a connection of our own wakes it.
         let has_come = match &*self.bound {
-            // Somebody else may be there by now.
+            // The socket of another daemon may be there by now.
             Bound::Unix(_, path, identity) => is_at(path, *identity) && UnixStream::connect(path).is_ok(),
             Bound::Tcp(listener) => listener.local_addr().is_ok_and(|at| {
                 let loopback =
@@ -98,7 +100,7 @@ impl Listener {
                 TcpStream::connect_timeout(&here, Duration::from_secs(1)).is_ok()
             }),
         };
-        // Where the socket was moved away nobody can come any more, and the thread ends with the process.
+        // If the socket was moved away, nothing can wake the thread; it ends with the process.
         if has_come && self.thread.join().is_err() {
             tracing::error!("a listener's thread stopped by itself: please report this");
         }
@@ -151,7 +153,7 @@ impl Bound {
     }
 }
 
-/// Binds within a folder that only we can enter, and moves the socket to its place when its permissions are right.
+/// Binds within a folder that only this user can enter, and moves the socket to its path when its permissions are set.
 fn bind_unix(path: &Path, address: &Address) -> Result<Bound, ListenError> {
     let system = |error| ListenError::System { address: address.clone(), error };
     match fs::symlink_metadata(path) {
@@ -176,7 +178,7 @@ fn bind_unix(path: &Path, address: &Address) -> Result<Bound, ListenError> {
     bound.map_err(system)
 }
 
-/// Whether our socket is there, and not one that somebody has put in its place.
+/// Whether the socket at a path is ours, and not one that has replaced it.
 fn is_at(path: &Path, identity: (u64, u64)) -> bool {
     identity_of(path).is_ok_and(|found| found == identity)
 }
@@ -185,7 +187,7 @@ fn identity_of(path: &Path) -> io::Result<(u64, u64)> {
     fs::symlink_metadata(path).map(|data| (data.dev(), data.ino()))
 }
 
-/// Takes a port, of this machine only unless others are let.
+/// Binds a port: of this machine only, unless other machines are allowed.
 ///
 /// # Errors
 /// [`ListenError`].

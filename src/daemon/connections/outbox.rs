@@ -1,8 +1,10 @@
 //! The outbox of a connection: messages to the peer that do not come from cursors.
 //!
 //! In: replies, from the reader thread and from engines. Out: the same to the writer thread, in order.
+//!
 //! Invariants: a sender never waits. The reader thread takes no further message while many are unanswered or unsent, so
 //! the queue is bounded by what the peer does not read.
+//!
 //! Must not know: what messages say.
 
 use std::collections::VecDeque;

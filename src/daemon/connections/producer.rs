@@ -1,7 +1,9 @@
 //! A channel on which a peer feeds a stream: where the replies to its messages go.
 //!
 //! In: replies of engines and queues. Out: the same, to the outbox of the connection.
+//!
 //! Invariants: no reply waits.
+//!
 //! Must not know: engines, sockets.
 
 use std::sync::Arc;

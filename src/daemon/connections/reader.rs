@@ -1,9 +1,10 @@
 //! The reader thread of a connection: takes the peer's bytes apart and hands each message on.
 //!
 //! In: bytes of the socket. Out: items for the queues of streams, subscriptions, replies.
-//! Invariants: a message that cannot be used is answered with an error and counted, and the next one is read. Only bytes
-//! that are no frames end the connection. A peer that sends nothing, or only part of a frame, for too long is
-//! disconnected. Everything that was accepted before the end is answered.
+//! Invariants: a message that
+//! cannot be used is answered with an error and counted, and the next one is read. Only bytes that are no frames end
+//! the connection. A peer that sends nothing, or only part of a frame, for too long is disconnected. Everything that
+//! was accepted before the end is answered.
 //! Must not know: what engines do.
 
 use std::collections::HashMap;
@@ -36,7 +37,7 @@ const TICK: Duration = Duration::from_millis(500);
 
 /// Why a connection ends.
 enum End {
-    /// The peer has said goodbye, or hung up, or the daemon is ending.
+    /// The peer has sent goodbye or disconnected, or the daemon is ending.
     Polite,
     /// It cannot go on.
     Failed(wire::Report),
@@ -102,7 +103,7 @@ impl Reader<'_> {
         loop {
             let was_within = self.decoder.is_within_frame();
             let read = self.connection.socket.read(&mut buffer, tick);
-            if self.connection.socket.has_to_say() {
+            if self.connection.socket.has_pending() {
                 self.connection.wake_writer();
             }
             match read {
@@ -118,7 +119,8 @@ impl Reader<'_> {
                     if let Err(end) = self.take_frames() {
                         return end;
                     }
-                    // Handing things on may have taken its time, and the peer's frame is not older than its last byte then.
+                    // Handing things on may have taken its time, and the peer's frame is not older than its last byte
+                    // then.
                     if !was_within || !self.decoder.is_within_frame() {
                         self.began = Instant::now();
                     }
@@ -191,7 +193,7 @@ impl Reader<'_> {
         }
         let taken = match message {
             Message::Open(_) | Message::Batch(_) | Message::Retract(_) | Message::Commit(_) | Message::Close(_)
-                if self.connection.socket.is_for_readers() =>
+                if self.connection.socket.is_read_only() =>
             {
                 let text = "read-only: streams are fed at the daemon's sockets, not at its page".to_owned();
                 Err((ErrorCode::Unexpected, text))

@@ -1,7 +1,9 @@
 //! All connections of a daemon, from their beginning to the end of their threads.
 //!
 //! In: connected sockets. Out: a reader and a writer thread for each; at the end, all of them joined.
+//!
 //! Invariants: there are never more connections than the limits say. A peer that is one too many gets an error.
+//!
 //! Must not know: what peers send.
 
 use std::net::Shutdown;

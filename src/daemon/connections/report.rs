@@ -1,6 +1,7 @@
 //! Errors of the protocol, as messages.
 //!
 //! In: a code, the type of the message that it answers, a text. Out: a [`wire::Report`].
+//!
 //! Must not know: where it is sent.
 
 use hopes_protocol as wire;

@@ -1,6 +1,11 @@
 //! A connected socket of any kind.
 //!
-//! In: a Unix or TCP stream, or a [`Transport`] of bytes. Out: reads and writes through a shared reference, so that one thread reads while another writes. Must not know: the protocol.
+//! In: a Unix or TCP stream, or a [`Transport`]. Out: reads and writes through a shared reference, so that one thread
+//! reads while another writes.
+//!
+//! Invariants: no read and no write waits longer than it is told to.
+//!
+//! Must not know: the protocol.
 
 use std::fmt;
 use std::io::{self, Read, Write};
@@ -8,33 +13,34 @@ use std::net::{Shutdown, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
 
-/// A connection.
+/// A connected socket.
 #[derive(Debug)]
 pub enum Socket {
     /// On this machine.
     Unix(UnixStream),
     /// From anywhere.
     Tcp(TcpStream),
-    /// In something else, for those who only read.
+    /// Within another protocol, for peers that only read.
     Tunnel(Box<dyn Transport>),
 }
 
-/// What carries the protocol's bytes within a protocol of its own. One thread reads, another writes.
+/// Carries the bytes of our protocol within another one. One thread reads, another writes.
 pub trait Transport: fmt::Debug + Send + Sync {
-    /// As [`Socket::read`], but gives the number of bytes: 0 at the end. Of kind `InvalidData`, if what came cannot be carried bytes.
+    /// As [`Socket::read`], but gives the number of bytes: 0 at the end. Of kind `InvalidData`, if what came cannot be
+    /// carried bytes.
     fn read(&self, buffer: &mut [u8], patience: Duration) -> io::Result<Option<usize>>;
-    /// As [`Socket::write`]. Of no bytes, writes what the transport itself has to say.
+    /// As [`Socket::write`]. Without bytes, writes what the transport itself has pending.
     fn write(&self, bytes: &[u8], patience: Duration) -> io::Result<()>;
-    /// Whether the transport itself has something to say.
-    fn has_to_say(&self) -> bool;
-    /// Says that nothing more comes, and whether that is because the daemon ends.
+    /// Whether the transport has bytes of its own to write.
+    fn has_pending(&self) -> bool;
+    /// Writes the end of the transport, which names the daemon's end as its reason if it is that.
     fn finish(&self, is_daemons_end: bool, patience: Duration) -> io::Result<()>;
     /// As [`Socket::shutdown`].
     fn shutdown(&self, how: Shutdown);
 }
 
 impl Socket {
-    /// Reads what is there; waits for so long at the most. Nothing, if nothing came; an empty slice at the end.
+    /// Reads what is there, and waits at most as long as `patience`. None if nothing came; an empty slice at the end.
     pub fn read<'a>(&self, buffer: &'a mut [u8], patience: Duration) -> io::Result<Option<&'a [u8]>> {
         let read = match self {
             Self::Unix(stream) => {
@@ -57,7 +63,7 @@ impl Socket {
         }
     }
 
-    /// Writes everything within so long.
+    /// Writes everything, or fails after `patience`.
     pub fn write(&self, mut bytes: &[u8], patience: Duration) -> io::Result<()> {
         if let Self::Tunnel(transport) = self {
             return transport.write(bytes, patience);
@@ -92,17 +98,17 @@ impl Socket {
         }
     }
 
-    /// Whether those at the other end may only read.
-    pub fn is_for_readers(&self) -> bool {
+    /// Whether the peer may only read.
+    pub fn is_read_only(&self) -> bool {
         matches!(self, Self::Tunnel(_))
     }
 
-    /// Whether there is something to be written that nobody has given: writing nothing writes it.
-    pub fn has_to_say(&self) -> bool {
-        matches!(self, Self::Tunnel(transport) if transport.has_to_say())
+    /// Whether the transport has bytes of its own to write: writing nothing writes them.
+    pub fn has_pending(&self) -> bool {
+        matches!(self, Self::Tunnel(transport) if transport.has_pending())
     }
 
-    /// Says that nothing more comes, where that is said at all.
+    /// Writes the end of the transport, if it has one.
     pub fn finish(&self, is_daemons_end: bool, patience: Duration) -> io::Result<()> {
         match self {
             Self::Tunnel(transport) => transport.finish(is_daemons_end, patience),
@@ -110,7 +116,7 @@ impl Socket {
         }
     }
 
-    /// Ends one or both directions; whoever waits there is woken.
+    /// Ends one or both directions, and wakes the threads that wait there.
     pub fn shutdown(&self, how: Shutdown) {
         // A connection that is gone already has nothing to end.
         let _ = match self {

@@ -1,7 +1,9 @@
 //! A channel on which a peer follows streams: a pattern of names, and a cursor in each stream that matches.
 //!
 //! In: streams as they begin and end, requests of the peer. Out: cursors of the connection, requests to engines.
+//!
 //! Invariants: a stream has one cursor per subscription; an ended subscription makes no cursor.
+//!
 //! Must not know: how streams are computed, sockets.
 
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,8 +1,10 @@
 //! The writer thread of a connection: replies and frames to the socket.
 //!
 //! In: the outbox and the cursors of the connection, wake-ups. Out: bytes.
+//!
 //! Invariants: replies go before frames; cursors take turns; small messages are sent together. A peer that takes longer
 //! than the timeout for what it is sent is disconnected. Goodbye is the last message.
+//!
 //! Must not know: what messages say.
 
 use std::io;
@@ -25,7 +27,7 @@ const TOGETHER: usize = 1 << 16;
 /// How long the closing of a transport may take.
 const LAST_WORD: Duration = Duration::from_secs(1);
 
-/// Sends until goodbye was said or the connection is gone.
+/// Sends until goodbye was sent or the connection has ended.
 pub fn run(connection: &Connection, wakes: &Receiver<()>, limits: &Limits) {
     let now = Instant::now();
     let mut writer = Writer { connection, limits, buffer: Vec::new(), last: now, pinged: now };

@@ -1,7 +1,9 @@
 //! Between the core's types and those of the wire.
 //!
 //! In: steps, options, refusals of the core; messages of the protocol. Out: the same of the other side.
+//!
 //! Invariants: numbers go over bit by bit; what is infinite on one side is none on the other.
+//!
 //! Must not know: bytes, threads.
 
 use std::num::{NonZeroU32, NonZeroU64};

@@ -2,12 +2,14 @@
 //!
 //! In: requests to open streams; watchers that follow names. Out: [`Stream`]s, each with an engine thread of its own,
 //! which sleeps while there is nothing to do.
+//!
 //! Invariants:
 //! * A stream that ends and begins again has another epoch.
 //! * An engine that panics ends its own stream only.
 //! * There are never more streams than the limits say.
 //! * A watcher hears of every stream that matches: of those that are there when it comes, and of each later one before
 //!   that stream gets its first point.
+//!
 //!
 //! Must not know: sockets, connections, what engines compute.
 //!
@@ -122,7 +124,7 @@ impl Directory {
         let options = check_open(open)?;
         let mut state = self.lock();
         match self.roster.get(&open.name) {
-            // It is about to go: nobody can feed it any more, and its name is free.
+            // It is about to go: it takes nothing more, and its name is free.
             Some(stream) if stream.queue.is_closed() => self.roster.remove(&stream),
             Some(stream) => {
                 check_same_options(open, options, &stream)?;
@@ -293,7 +295,8 @@ impl Directory {
         self.connections.fetch_sub(1, Ordering::Relaxed);
     }
 
-    /// Opens nothing more, lets all engines finish what they have been given, and returns the last frame of each stream.
+    /// Opens nothing more, lets all engines finish what they have been given, and returns the last frame of each
+    /// stream.
     pub fn finish(&self) -> Vec<(String, u64)> {
         let (streams, engines) = {
             let mut state = self.lock();

@@ -1,11 +1,12 @@
 //! The engine of a stream: a thread that drives the stream's pipeline.
 //!
-//! In: items of the [`Queue`](super::queue::Queue), ticks, and [`Request`]s of consumers. Out: replies to producers, each
-//! view's changes on its log, frames for the output.
+//! In: items of the [`Queue`](super::queue::Queue), ticks, and [`Request`]s of consumers. Out: replies to producers,
+//! each view's changes on its log, frames for the output.
 //! Invariants:
 //! * Nothing is computed while nobody follows the stream. A frame is computed once, when it is closed, for everybody.
 //! * Every frame of a view starts from the one before. What is refused is counted in the frame that it was meant for.
 //! * The engine never waits for a consumer; it waits for the output.
+//!
 //!
 //! Must not know: parsing, sockets, connections.
 

@@ -1,7 +1,9 @@
 //! Why the engine of a stream stops before its stream ends.
 //!
 //! In: errors of the input and of the core. Out: one of a few kinds.
+//!
 //! Invariants: each says what was wrong.
+//!
 //! Must not know: what the daemon does about it.
 
 use hopes::topology::Contradiction;

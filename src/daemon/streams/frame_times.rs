@@ -1,7 +1,9 @@
 //! How long the frames of a stream take, stage by stage, as Prometheus histograms.
 //!
 //! In: durations, from the stream's engine. Out: histograms in seconds, which a scrape reads.
+//!
 //! Invariants: clones share their numbers.
+//!
 //! Must not know: how frames are computed, how metrics are written.
 
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};

@@ -1,7 +1,9 @@
-//! What a source says to a stream: points, retractions, commits, its end.
+//! What a source sends to a stream: points, retractions, commits, its end.
 //!
 //! In: values that a reader has parsed. Out: the same, for the queue of a stream.
+//!
 //! Invariants: times, tags and lines of a batch are empty or one for each point.
+//!
 //! Must not know: queues, threads, the text that they were parsed from.
 
 /// Points of stdin that are handed on together, at most.
@@ -20,7 +22,7 @@ pub struct Batch {
     pub lines: Vec<u64>,
 }
 
-/// One thing that a source says.
+/// One thing that a source sends.
 #[derive(Clone, Debug)]
 pub enum Input {
     /// Points to insert.

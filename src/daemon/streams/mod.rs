@@ -1,6 +1,7 @@
 //! Streams: an engine each, what it takes in and what it publishes.
 //!
 //! In: items of producers, requests of consumers. Out: replies, and frames that any number of cursors read.
+//!
 //! Must not know: sockets, connections.
 //!
 //! ```text

@@ -1,10 +1,12 @@
 //! The queue of a stream: what waits for its engine, with a policy for the case that it is full.
 //!
 //! In: [`Item`]s from stdin and from producers. Out: the same, in order, to the engine.
+//!
 //! Invariants:
 //! * At most so many points wait; one item may be larger. Commits take room too, so a flood of them is bounded.
 //! * Commits are never dropped: their sender waits. The items of one sender keep their order.
 //! * The sender of an item that is dropped is told. A closed queue takes nothing more and keeps what it has.
+//!
 //!
 //! Must not know: what the engine does, what a connection is.
 

@@ -1,7 +1,9 @@
 //! Replies to producers: what became of their batches, and where the answer goes.
 //!
 //! In: point by point, whether it was taken. Out: one reply per batch, through a [`ReplySink`].
+//!
 //! Invariants: every point is counted; a bounded number of refusals is listed; a reply never makes the engine wait.
+//!
 //! Must not know: the engine, connections.
 
 use std::fmt;

@@ -1,7 +1,9 @@
 //! The streams of a daemon by name, and the memory that they hold.
 //!
 //! In: streams as they begin and end. Out: the stream of a name; all streams.
+//!
 //! Invariants: a name is one stream at a time.
+//!
 //! Must not know: engines, connections, who wants to hear of new streams.
 
 use std::collections::BTreeMap;

@@ -1,7 +1,9 @@
 //! The clock of an engine: how long the stages of a frame take.
 //!
 //! In: the begin of each stage, from the stream's pipeline. Out: the time spent in each since it was asked last.
+//!
 //! Invariants: time between a frame's last stage and the next frame's first belongs to no stage.
+//!
 //! Must not know: what happens in a stage.
 
 use std::sync::Mutex;

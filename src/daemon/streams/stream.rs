@@ -1,7 +1,9 @@
 //! A handle to a stream: where items and requests for its engine go.
 //!
 //! In: items of producers, requests of consumers. Out: the same, to the engine.
+//!
 //! Invariants: a producer that is on the list when the queue is closed is told of the end.
+//!
 //! Must not know: the engine, connections, other streams.
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,13 +25,14 @@ pub const ENDED: &str = "the stream has ended";
 /// A stream.
 #[derive(Debug)]
 pub struct Stream {
-    /// What everybody may see.
+    /// Its public state.
     pub state: Arc<StreamState>,
     /// What waits for the engine.
     pub queue: Queue,
     producers: Mutex<Vec<Weak<dyn ReplySink>>>,
     has_ended: AtomicBool,
-    /// Requests of consumers. A sender waits when the engine is far behind, so it must hold no lock that the engine takes.
+    /// Requests of consumers. A sender waits when the engine is far behind, so it must hold no lock that the engine
+    /// takes.
     requests: Sender<Request>,
 }
 

@@ -1,7 +1,9 @@
-//! What everybody may see of a stream: its identity, its numbers, what it publishes.
+//! The public state of a stream: its identity, its numbers, what it publishes.
 //!
 //! In: what the engine counts and publishes. Out: the same, to connections and metrics.
+//!
 //! Invariants: identity never changes; numbers are read without a lock.
+//!
 //! Must not know: the queue, the engine, cursors, connections.
 
 use std::sync::atomic::{AtomicU64, Ordering};

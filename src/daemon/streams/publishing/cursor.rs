@@ -2,10 +2,12 @@
 //!
 //! In: what the view's log holds, snapshots from the engine. Out: messages, one at a time, when the writer of the
 //! connection asks for one.
+//!
 //! Invariants:
 //! * Every diff starts from the frame that was sent before.
 //! * A consumer that is too far behind gets one merged diff or a snapshot, after a message that names the frames.
 //! * Nothing is kept here for a slow consumer but the number of its frame.
+//!
 //!
 //! Must not know: sockets, the core's pipeline, the engine but by its channel of [`Request`]s.
 

@@ -1,7 +1,9 @@
 //! What a stream publishes beside its views: the newest dots and the log of its tracks.
 //!
 //! In: dots of the newest frame, frames of tracks. Out: the same, shared.
+//!
 //! Invariants: dots are published whole, for one frame; a reader that holds them does not block the engine.
+//!
 //! Must not know: who reads it.
 
 use std::sync::{Arc, Mutex, MutexGuard};

@@ -1,8 +1,9 @@
 //! The log of a stream's tracks: its last frames, for any number of consumers to read.
 //!
 //! In: [`TrackFrame`]s, one per frame. Out: [`wire::Tracks`] for a consumer, from its position.
-//! Invariants: frames follow upon each other without a gap. The oldest go when all of them take more than so many bytes;
-//! the newest always stays. Cycles that have not changed are shared between frames.
+//! Invariants: frames
+//! follow upon each other without a gap. The oldest go when all of them take more than so many bytes; the newest always
+//! stays. Cycles that have not changed are shared between frames.
 //! Must not know: who reads it, how tracks are found.
 
 use std::collections::VecDeque;
@@ -19,7 +20,7 @@ pub struct TrackFrame {
     pub time: Option<f64>,
     /// Since the frame before.
     pub events: Vec<wire::TrackEvent>,
-    /// All that are alive, by id, and their cycles, if anybody wants them.
+    /// All that are alive, by id, and their cycles, if a consumer wants them.
     pub living: Vec<Living>,
     /// An estimate of the memory that it takes.
     pub bytes: usize,
@@ -30,7 +31,7 @@ pub struct TrackFrame {
 pub struct Living {
     /// The track.
     pub track: wire::Track,
-    /// Its cycle, if anybody wants it.
+    /// Its cycle, if a consumer wants it.
     pub cycle: Option<Arc<wire::TrackCycle>>,
 }
 
@@ -40,7 +41,8 @@ impl TrackFrame {
         self.living.iter().map(|living| living.track).collect()
     }
 
-    /// The message that follows the frame `from` in a recording. The first one, from 0, lists the living tracks in place of events.
+    /// The message that follows the frame `from` in a recording. The first one, from 0, lists the living tracks in
+    /// place of events.
     pub fn message(&self, stream: u32, from: u64, with_alive: bool) -> wire::Tracks {
         let is_first = from == 0;
         let events = if is_first { Vec::new() } else { self.events.clone() };
@@ -97,7 +99,8 @@ impl TrackLog {
         self.frames.back()
     }
 
-    /// Appends the newest frame, or replaces it if it is there; drops the oldest while all take more than `limit` bytes.
+    /// Appends the newest frame, or replaces it if it is there; drops the oldest while all take more than `limit`
+    /// bytes.
     pub fn push(&mut self, frame: Arc<TrackFrame>, limit: usize) {
         if self.newest().is_some_and(|newest| newest.frame == frame.frame) {
             self.bytes -= self.frames.pop_back().map_or(0, |newest| newest.bytes);

@@ -1,7 +1,9 @@
 //! Tracking in one stream: from its pipeline to frames of the track log.
 //!
 //! In: the stream's pipeline, once per frame in which a consumer wants tracks. Out: [`TrackFrame`]s.
+//!
 //! Invariants: cycles are found only if a consumer wants them; unchanged ones are shared with the frame before.
+//!
 //! Must not know: the log, consumers, how tracks are found.
 
 use std::collections::HashMap;
@@ -71,8 +73,8 @@ impl Tracking {
         TrackFrame { frame, time: time.filter(|time| time.is_finite()), events, living, bytes }
     }
 
-    /// Finds the cycles of all living tracks. A track that is missing in the frame has none. Returns the memory that new
-    /// cycles take.
+    /// Finds the cycles of all living tracks. A track that is missing in the frame has none. Returns the memory that
+    /// new cycles take.
     fn update_cycles(&mut self, pipeline: &mut Pipeline) -> usize {
         let mut bytes = 0;
         let regions: HashMap<u64, Region> =

@@ -1,8 +1,10 @@
 //! The log of a view: its last frames' changes, for any number of consumers to read.
 //!
 //! In: each frame's [`LogEntry`], encoded once. Out: entries, shared.
+//!
 //! Invariants: entries follow upon each other without a gap. The oldest go when all of them take more than so many
 //! bytes, so memory depends neither on the number of consumers nor on how slow they are; the newest always stays.
+//!
 //! Must not know: who reads it.
 //!
 //! Consumers have no queue of their own. Each has a cursor, the number of its frame, and reads what follows.

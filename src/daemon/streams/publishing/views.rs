@@ -2,9 +2,9 @@
 //!
 //! In: requests of cursors, and each frame that is closed. Out: changes published on each view's [`ViewLog`], snapshots
 //! for cursors.
-//! Invariants: a view is computed once per frame, however many consumers follow it. A new cursor gets a snapshot of the
-//! newest frame and, from there on, every change. A view without cursors is kept for a while, so that consumers that come
-//! back can resume.
+//! Invariants: a view is computed once per frame, however many consumers follow it. A new cursor gets a
+//! snapshot of the newest frame and, from there on, every change. A view without cursors is kept for a while, so that
+//! consumers that come back can resume.
 //! Must not know: where points come from, connections.
 
 use std::sync::Arc;
