@@ -15,7 +15,6 @@
 //! Rooms: `streams` (engines, what they take in and publish) knows no connection; `connections` (sockets, readers,
 //! writers) knows streams; [`HttpAccess`] is what the live page may use; `run` starts and ends all of them.
 //!
-//!
 //! Must not know: how inputs are parsed, how frames are written, pictures.
 
 mod address;

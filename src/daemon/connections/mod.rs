@@ -8,11 +8,9 @@
 //!                   ◀──(frames)─── cursors in streams
 //! ```
 //!
-//!
 //! Invariants: the reader thread waits for nobody but the stream that it feeds and its own outbox, the writer thread
 //! for nobody but the socket. No thread of another connection or stream waits for either.
-//! Must not know: what streams
-//! compute.
+//! Must not know: what streams compute.
 
 pub mod connection;
 pub mod listener;

@@ -10,7 +10,6 @@
 //! * A watcher hears of every stream that matches: of those that are there when it comes, and of each later one before
 //!   that stream gets its first point.
 //!
-//!
 //! Must not know: sockets, connections, what engines compute.
 //!
 //! Locks: the directory's own before the roster's. Neither is held while a watcher or an engine is called.

@@ -7,7 +7,6 @@
 //! * Every frame of a view starts from the one before. What is refused is counted in the frame that it was meant for.
 //! * The engine never waits for a consumer; it waits for the output.
 //!
-//!
 //! Must not know: parsing, sockets, connections.
 
 use std::sync::Arc;

@@ -7,7 +7,6 @@
 //! * Commits are never dropped: their sender waits. The items of one sender keep their order.
 //! * The sender of an item that is dropped is told. A closed queue takes nothing more and keeps what it has.
 //!
-//!
 //! Must not know: what the engine does, what a connection is.
 
 use std::collections::VecDeque;

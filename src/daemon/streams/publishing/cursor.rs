@@ -8,7 +8,6 @@
 //! * A consumer that is too far behind gets one merged diff or a snapshot, after a message that names the frames.
 //! * Nothing is kept here for a slow consumer but the number of its frame.
 //!
-//!
 //! Must not know: sockets, the core's pipeline, the engine but by its channel of [`Request`]s.
 
 use std::collections::VecDeque;
