@@ -11,13 +11,13 @@
 //!
 //! ```text
 //! change of cloud -> delaunay -> tiles -> change -> diagram -> follow -> step (diff, checksum)
-//!                   (watcher)  (stars, borders)    (gaps)    (views)
+//!                   (observer)  (stars, borders)    (gaps)    (views)
 //! ```
 //!
 //! Persistent cycles are followed over frames by their holes:
 //!
 //! ```text
-//! most persistent dots -> sighting -> recognition -> track (events)
+//! most persistent dots -> detection -> recognition -> track (events)
 //!                                    (assignment)    (hole, region)
 //! ```
 //!
