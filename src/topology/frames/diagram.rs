@@ -224,6 +224,8 @@ impl<D: Persistent> Diagram<D> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use proptest::prelude::*;
 
     use super::*;
@@ -274,7 +276,8 @@ mod tests {
             at_first in 1..30_usize,
             (k, l) in (1..5_u32, 1..4_u32),
         ) {
-            let all: Vec<Critical> = values.iter().enumerate().map(|(n, &(p, birth))| dot(n, p.max(1e-9), birth)).collect();
+            let numbered_dots = values.iter().enumerate();
+            let all: Vec<Critical> = numbered_dots.map(|(n, &(p, birth))| dot(n, p.max(1e-9), birth)).collect();
             let [k, l] = [k, l].map(|rank| NonZeroU32::new(rank).expect("from 1"));
             let mut there: Vec<bool> = (0..all.len()).map(|number| number % 3 != 0).collect();
             let now = |there: &[bool]| -> Vec<Critical> {
@@ -284,7 +287,7 @@ mod tests {
             let mut diagram = Diagram::with_sorted(named(now(&there)), at_first);
             for step in steps {
                 let (mut removed, mut added) = (Vec::new(), Vec::new());
-                let turned: std::collections::BTreeSet<usize> = step.iter().map(|index| index.index(all.len())).collect();
+                let turned: BTreeSet<usize> = step.iter().map(|index| index.index(all.len())).collect();
                 for number in turned {
                     let list = if there[number] { &mut removed } else { &mut added };
                     list.push(numbered(&all[number]));

@@ -314,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn a_diff_leads_from_one_to_the_other() {
+    fn a_diff_leads_from_one_snapshot_to_the_other() {
         let old = snapshot(&[1, 2, 3], &[[1, 2], [2, 3]], &[(1, 3, 5.0)]);
         let new = snapshot(&[2, 3, 4], &[[2, 3], [3, 4]], &[(2, 4, 6.0)]);
         let diff = old.diff(&new);
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn a_diff_from_elsewhere_is_refused_by_name() {
+    fn a_diff_from_another_snapshot_is_refused() {
         let old = snapshot(&[1, 2], &[[1, 2]], &[]);
         let missing = Diff { vertices_removed: vec![VertexId(7)], ..Diff::default() };
         assert_eq!(old.apply(&missing), Err(ApplyError::Vertex(VertexId(7), Presence::Missing)));

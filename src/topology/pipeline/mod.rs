@@ -159,7 +159,8 @@ impl Pipeline {
     /// pipeline.commit(None);
     /// pipeline.poll_frame();
     /// let began = began.lock().unwrap();
-    /// let [(Stage::Triangulation, start), (Stage::Reduction, middle), (Stage::Done, end)] = began[..] else { panic!() };
+    /// let [(first, start), (_, middle), (last, end)] = began[..] else { panic!("three stages") };
+    /// assert_eq!((first, last), (Stage::Triangulation, Stage::Done));
     /// println!("triangulation {:?}, reduction {:?}", middle - start, end - middle);
     /// ```
     pub fn set_stage_listener(&mut self, listener: impl Fn(Stage) + Send + Sync + 'static) {

@@ -33,7 +33,7 @@ impl Pipeline {
         let update = self.delaunay.apply_by(by, &self.cloud, &change, &mut observer);
         self.invalidate_regions(&change, update);
         self.stages.begin(Stage::Reduction);
-        let told = self.is_followed.then(|| Change::of_cloud(self.reached, &self.cloud, &change));
+        let reported = self.is_followed.then(|| Change::of_cloud(self.reached, &self.cloud, &change));
         self.reached = self.committed;
         self.computed += 1;
         self.change = match &mut self.tiles {
@@ -45,12 +45,12 @@ impl Pipeline {
                         tiled::critical(&self.cloud, dot)
                     });
                 }
-                told.map(|told| tiled::with_difference(told, &self.cloud, &difference))
+                reported.map(|reported| tiled::with_difference(reported, &self.cloud, &difference))
             }
             _ => {
                 // The old skeleton is dropped before the new one is made, except for what has to be compared.
                 let (tiles, whole) = (self.tiles.take(), self.whole.take());
-                let gathered = told.as_ref().and(tiles).map(|tiles| tiled::tree(&self.cloud, &tiles));
+                let gathered = reported.as_ref().and(tiles).map(|tiles| tiled::tree(&self.cloud, &tiles));
                 self.diagram = None;
                 if is_tiles_cheaper && update == Update::Stepwise {
                     self.tiles = Some(Tiles::new(&self.cloud, &self.delaunay, self.leaf_capacity));
@@ -58,7 +58,7 @@ impl Pipeline {
                     self.compute_whole();
                 }
                 let old = gathered.or_else(|| whole.as_deref().map(|frame| Tree::Whole(&frame.skeleton)));
-                told.map(|told| told.with_trees(&old.unwrap_or(Tree::Empty), &self.tree()))
+                reported.map(|reported| reported.with_trees(&old.unwrap_or(Tree::Empty), &self.tree()))
             }
         };
         self.stages.begin(Stage::Done);

@@ -199,8 +199,8 @@ impl Delaunay {
     }
 
     /// Applies a change in a given way and calls the observer at each step. If steps turn out to take too long, or end
-    /// on a line, the triangulation is rebuilt in bulk; what the observer was told is not valid then. Returns the way
-    /// that was taken.
+    /// on a line, the triangulation is rebuilt in bulk; what was reported to the observer is not valid then. Returns
+    /// the way that was taken.
     pub fn apply_by(
         &mut self,
         update: Update,

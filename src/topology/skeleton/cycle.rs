@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn trees_and_less_have_none() {
+    fn clouds_without_dots_have_no_cycles() {
         for points in [&[][..], &[[1.0, 2.0]], &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]] {
             assert_eq!(cycles(&skeleton_of(points)), Vec::<Vec<u32>>::new());
         }

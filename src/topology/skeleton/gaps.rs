@@ -273,7 +273,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(1000))]
 
         #[test]
-        fn what_is_told_at_sight_is_what_sorting_tells(mut values in persistences(), count in 1..8_usize) {
+        fn widest_unsorted_equals_widest_sorted(mut values in persistences(), count in 1..8_usize) {
             let tolerance = TOLERANCE * values.iter().copied().fold(0.0, f64::max);
             let at_sight = widest_unsorted(values.iter().copied(), count, tolerance);
             values.sort_unstable_by(f64::total_cmp);
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn clear_gaps_are_told_at_sight() {
+    fn clear_gaps_are_found_without_sorting() {
         let noise = (0..1000).map(|step| f64::from(step) * 1e-5);
         let values: Vec<f64> = noise.chain([0.5, 1.0, 1.75]).collect();
         let gaps = widest_unsorted(values.iter().copied(), 3, 1e-12).expect("they are clear");

@@ -409,7 +409,7 @@ mod tests {
     }
 
     #[test]
-    fn few_or_no_points_are_no_trouble() {
+    fn clouds_of_at_most_one_point_are_simplified() {
         assert_eq!(simplified(&[], ViewSpec::default(), f64::INFINITY), Simplified::default());
         let one = simplified(&[[1.0, 2.0]], ViewSpec::default(), f64::INFINITY);
         assert_eq!((one.positions, one.edges, one.image), (vec![[1.0, 2.0]], vec![], vec![0]));
@@ -570,7 +570,7 @@ mod tests {
         }
 
         #[test]
-        fn vertices_become_part_of_what_their_edges_lead_to(points in clouds(), spec in specs(), threshold in thresholds()) {
+        fn images_of_edges_are_the_simplified_edges(points in clouds(), spec in specs(), threshold in thresholds()) {
             let skeleton = skeleton_of(&points);
             let view = View::new(&skeleton, spec);
             let simple = simplify(&skeleton, &view, threshold);

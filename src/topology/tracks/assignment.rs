@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_near_one_is_not_given_up_for_two_far_ones() {
+    fn one_near_pair_beats_two_far_pairs() {
         let pair = |row, column, cost| Pair { row, column, cost };
         assert_eq!(assign(&[pair(0, 0, 0.1), pair(0, 1, 0.9), pair(1, 0, 0.9)]), [(0, 0)]);
         let both = assign(&[pair(0, 0, 0.1), pair(0, 1, 0.3), pair(1, 0, 0.3)]);
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn many_together_are_assigned_in_time() {
+    fn large_groups_are_assigned_in_time() {
         let pairs: Vec<Pair> = (0..400 * 400)
             .map(|index| (index / 400, index % 400))
             .map(|(row, column): (usize, usize)| Pair { row, column, cost: row.abs_diff(column) as f64 / 400.0 })
@@ -141,9 +141,14 @@ mod tests {
         most
     }
 
+    /// Possible pairs and their costs.
+    fn possible_pairs() -> impl Strategy<Value = BTreeMap<(usize, usize), f64>> {
+        prop::collection::btree_map((0..6_usize, 0..6_usize), 0.0..1.0, 0..20)
+    }
+
     proptest! {
         #[test]
-        fn nothing_is_better(pairs in prop::collection::btree_map((0..6_usize, 0..6_usize), 0.0..1.0, 0..20)) {
+        fn oracle_no_assignment_gains_more(pairs in possible_pairs()) {
             let pairs: Vec<Pair> = pairs.into_iter().map(|((row, column), cost)| Pair { row, column, cost }).collect();
             let assigned = assign(&pairs);
             let cost = |&(row, column): &(usize, usize)| {

@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flash_is_no_track_and_a_gap_does_not_end_one() {
+    fn one_frame_is_no_track_and_a_short_gap_ends_none() {
         let mut scene = Scene::new(ABOVE);
         let circle = ring(40, 10.0);
         let flash = [circle.clone(), moved(&circle, [50.0, 0.0])].concat();
@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hole_that_divides_keeps_its_name_and_names_its_part() {
+    fn a_hole_that_divides_keeps_its_id_and_its_part_names_it() {
         let mut scene = Scene::new(ABOVE);
         assert_eq!(scene.hold(3, &pair(14.0)), [(2, 1, EventKind::Born)]);
         let split = EventKind::Split { from: TrackId(1) };
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn out_of_the_view_is_not_out_of_the_world() {
+    fn a_track_out_of_the_selection_goes_on() {
         let mut scene = Scene::new(TrackRule::Top(NonZeroU32::MIN));
         let (large, small) = (ring(40, 10.0), moved(&ring(40, 8.0), [40.0, 0.0]));
         assert_eq!(scene.hold(3, &small), [(2, 1, EventKind::Born)]);
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_less_than_asked_for_is_not_told() {
+    fn changes_below_delta_are_not_reported() {
         let mut scene = Scene::new(ABOVE);
         scene.tracker.options.delta = 1.0;
         let circle = ring(40, 10.0);
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_is_told_once_and_skipped_ones_count() {
+    fn a_frame_is_reported_once_and_skipped_frames_count() {
         let mut scene = Scene::new(ABOVE);
         let circle = ring(40, 10.0);
         scene.show(&circle);

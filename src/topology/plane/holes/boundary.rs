@@ -33,9 +33,9 @@ pub fn boundary(delaunay: &Delaunay, name: [Located<Slot>; 3], critical: [Positi
 /// The triangles of the hole of a dot.
 fn flood<'a>(delaunay: &'a Delaunay, name: [Located<Slot>; 3], critical: [Position; 2]) -> Option<Flood<'a>> {
     let plane = delaunay.half_edges()?;
-    let summit = summit(plane, delaunay.edge_out_of(name[0].1)?, name)?;
+    let maximum = named_maximum(plane, delaunay.edge_out_of(name[0].1)?, name)?;
     let mut flood = Flood { plane, barrier: order(critical), triangles: Vec::new(), seen: NumberSet::default() };
-    flood.reach(summit);
+    flood.reach(maximum);
     let mut next = 0;
     while let Some(&face) = flood.triangles.get(next) {
         next += 1;
@@ -54,7 +54,7 @@ fn flood<'a>(delaunay: &'a Delaunay, name: [Located<Slot>; 3], critical: [Positi
 
 /// The local maximum of this name, as a half-edge with the maximum on its left. `out` is a half-edge out of the first
 /// site of the name.
-fn summit(plane: HalfEdges<'_>, out: HalfEdge, name: [Located<Slot>; 3]) -> Option<HalfEdge> {
+fn named_maximum(plane: HalfEdges<'_>, out: HalfEdge, name: [Located<Slot>; 3]) -> Option<HalfEdge> {
     if plane.origin(out) != name[0] {
         return None;
     }
@@ -63,7 +63,7 @@ fn summit(plane: HalfEdges<'_>, out: HalfEdge, name: [Located<Slot>; 3]) -> Opti
     let mut edge = out;
     loop {
         if !plane.is_outer(edge) && plane.corners(edge).into_iter().all(on_circle) {
-            return plane.maximum_on_circle(edge).filter(|&summit| plane.name(summit) == name);
+            return plane.maximum_on_circle(edge).filter(|&maximum| plane.name(maximum) == name);
         }
         edge = plane.turn(edge);
         if edge == out {
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn clouds_without_holes_are_no_trouble() {
+    fn clouds_without_holes_have_no_boundaries() {
         for points in [&[][..], &[[1.0, 2.0]], &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 0.0]]] {
             let scene = Scene::new(points);
             assert_eq!(scene.skeleton.dots(), []);
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_dot_here_has_no_hole() {
+    fn unknown_dots_have_no_hole() {
         let scene = Scene::new(&ring(12, 5.0));
         let [dot] = scene.skeleton.dots() else { panic!("one dot") };
         assert_eq!(scene.faces(dot).len(), 10);

@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_near_a_region_may_be_outside() {
+    fn points_near_a_region_may_be_outside() {
         let region = square_with_island();
         for (point, is_near) in [([5.9, -1.9], true), ([6.1, 2.0], false), ([1.5, 1.5], true), ([2.0, -2.1], false)] {
             assert_eq!(region.is_near(point), is_near, "{point:?}");
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn what_touches_a_region_is_near_its_boundary_or_inside() {
+    fn vertices_touch_a_region_near_its_boundary_or_inside() {
         let region = square_with_island();
         for ([x, y], touches) in [([2.0, -2.0], true), ([2.0, 2.0], true), ([2.0, -2.1], false), ([6.1, 2.0], false)] {
             assert_eq!(region.is_touched(Position::new(x, y).unwrap()), touches, "{x}, {y}");

@@ -113,7 +113,7 @@ mod tests {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
 
         #[test]
-        fn what_is_kept_is_what_would_be_found((cloud, script) in scripts()) {
+        fn cached_regions_equal_found_ones((cloud, script) in scripts()) {
             let mut pipeline = Pipeline::new(Options::default()).with_leaf(6);
             let mut tracker = tracker(60);
             let mut points = cloud;
@@ -132,7 +132,7 @@ mod tests {
 
     /// Two rings. Points of the far one change; the region of the other stays cached.
     #[test]
-    fn what_is_out_of_reach_is_not_found_again() {
+    fn regions_out_of_reach_stay_cached() {
         let far = |count| ring(count, 1.0).into_iter().map(|[x, y]| [x + 10.0, y]).collect::<Points>();
         let mut pipeline = Pipeline::new(Options::default()).with_leaf(6);
         let mut tracker = tracker(2);

@@ -64,7 +64,7 @@ mod tests {
     use super::expected_distinct;
 
     #[test]
-    fn a_sample_tells_how_many_are_touched() {
+    fn a_sample_estimates_how_many_leaves_are_touched() {
         assert!((expected_distinct(64.0, 64.0, 2000.0, 1e9) - 2000.0).abs() < 1.0, "all different, of very many");
         assert!((expected_distinct(64.0, 64.0, 2000.0, 1000.0) - 865.0).abs() < 1.0, "all different, of a thousand");
         assert!((expected_distinct(64.0, 10.0, 2000.0, 1000.0) - 10.0).abs() < 0.5, "a few, over and over");

@@ -155,8 +155,8 @@ impl StarReader {
     /// Notes the owner of the maximum on the circle of the triangle on the left of `edge`, unless the owner is
     /// `reader`.
     pub fn note_circle_owner(&mut self, plane: HalfEdges<'_>, edge: HalfEdge, reader: Slot) {
-        let Some(summit) = plane.maximum_on_circle(edge) else { return };
-        let corners = plane.corners(summit);
+        let Some(maximum) = plane.maximum_on_circle(edge) else { return };
+        let corners = plane.corners(maximum);
         let (_, owner) = corners.into_iter().min_by_key(|corner| corner.0).expect("there are three");
         if owner != reader {
             self.circle_owners.push(owner);

@@ -91,8 +91,8 @@ impl TileReduction {
         self.links.clear();
     }
 
-    fn add_node(&mut self, summit: LocalMaximum) -> u32 {
-        self.nodes.push(summit);
+    fn add_node(&mut self, maximum: LocalMaximum) -> u32 {
+        self.nodes.push(maximum);
         self.forest.add()
     }
 
@@ -220,8 +220,8 @@ impl TileReduction {
             match forest.join(&elders, link.ends, 0) {
                 Join::Loop => resolved.tree.push(TreeEdge { scale: link.scale, ends: link.edge }),
                 Join::Ended(node) => {
-                    let summit = nodes[node as usize];
-                    resolved.dots.extend(TileDot::new(link.scale, summit.weight, link.edge, summit.triangle));
+                    let maximum = nodes[node as usize];
+                    resolved.dots.extend(TileDot::new(link.scale, maximum.weight, link.edge, maximum.triangle));
                 }
                 Join::Left(ends) => border.links.push(Link { ends: ends.map(&mut keep), ..*link }),
             }
