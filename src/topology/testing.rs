@@ -1,13 +1,13 @@
-//! What unit tests share: clouds of every kind, cases, skeletons from scratch. For tests only.
+//! Shared by unit tests: clouds of every kind, test cases, skeletons from scratch.
 
 use proptest::prelude::*;
 
 use super::{Options, Pipeline, Skeleton};
 
-/// Points of a cloud, some of them equal perhaps.
+/// The points of a cloud; may repeat.
 pub(super) type Points = Vec<[f64; 2]>;
 
-/// The skeleton of a cloud, from scratch.
+/// The skeleton of a cloud from scratch.
 pub(super) fn skeleton_of(points: &[[f64; 2]]) -> Skeleton {
     let mut pipeline = Pipeline::new(Options::default());
     assert_eq!(pipeline.feed_points(points, None), []);
@@ -15,7 +15,7 @@ pub(super) fn skeleton_of(points: &[[f64; 2]]) -> Skeleton {
     pipeline.poll_frame().expect("a frame was committed").skeleton.clone()
 }
 
-/// Points of a csv file.
+/// The points of a CSV file.
 pub(super) fn points_of(csv: &str) -> Points {
     csv.lines().map(|line| line.split_once(',').unwrap()).map(|(x, y)| [x, y].map(|v| v.parse().unwrap())).collect()
 }
@@ -45,7 +45,7 @@ pub(super) fn clouds() -> impl Strategy<Value = Points> {
     ]
 }
 
-/// A cloud and the same in another order.
+/// A cloud, and the same in another order.
 pub(super) fn clouds_twice() -> impl Strategy<Value = (Points, Points)> {
     clouds().prop_flat_map(|points| (Just(points.clone()), Just(points).prop_shuffle()))
 }

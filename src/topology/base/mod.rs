@@ -1,6 +1,9 @@
-//! What knows nothing of topology: sorting by numbers, sharing lists between threads, sums.
+//! Tools that know nothing of topology: sorting by numeric keys, sharing lists between threads, accurate sums.
 //!
-//! In: numbers, ranges, closures. Out: the same in order, in parts, added up. The lowest floor: it imports no other room.
+//! In: numbers, ranges, closures.
+//! Out: places in order, parts of lists, sums.
+//! Invariants: the lowest room; it imports no other.
+//! Must not know: what the numbers mean.
 
 mod parallel;
 mod sorting;

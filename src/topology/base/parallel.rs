@@ -1,25 +1,29 @@
-//! Work on long lists, shared out between the threads of the current pool.
+//! Work on long lists, shared between the threads of the current `rayon` pool. The only file of the core that imports
+//! `rayon`.
 //!
-//! In: a length. Out: ranges that make it up, one for each thread, or one alone where sharing would not pay. Invariants: ranges are in order, leave nothing
-//! out, and begin at multiples of [`GRAIN`]; what is computed must not depend on where they begin. Must not know: what is in the lists.
+//! In: a length or a list.
+//! Out: ranges that make it up, one for each thread, or one alone where sharing does not pay.
+//! Invariants: ranges are in order, leave nothing out, and begin at multiples of `GRAIN`. No result may depend on where
+//! they begin.
+//! Must not know: what is in the lists.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// Parts begin at multiples of this.
+/// Ranges begin at multiples of this.
 const GRAIN: usize = 64;
 
-/// Shorter lists are one part: what is gained is lost again on the way from one processor's memory to the other's (measured: nothing is gained on lists of 300,000, a quarter on
-/// lists of 3,000,000). Tests share short ones too.
+/// Lists below this length are one part. Sharing them costs as much as it gains, since data has to move between the
+/// processors' caches (measured: no gain at 300,000 items, a quarter at 3,000,000). Tests also share short lists.
 const FEW: usize = if cfg!(test) { 1 << 10 } else { 1 << 20 };
 
-/// Whether a list is long enough, and there is anybody, to share it with.
+/// Whether a list is long enough to be shared, and the pool has more than one thread.
 pub fn is_shared(length: usize) -> bool {
     length >= FEW && rayon::current_num_threads() > 1
 }
 
-/// Ranges of a list of some length, one for each thread.
+/// The ranges of a list, one for each thread.
 fn parts(length: usize) -> Vec<Range<usize>> {
     let threads = if is_shared(length) { rayon::current_num_threads() } else { 1 };
     let size = length.div_ceil(threads).next_multiple_of(GRAIN).max(1);
@@ -27,7 +31,7 @@ fn parts(length: usize) -> Vec<Range<usize>> {
     starts.map(|start| start..length.min(start + size)).collect()
 }
 
-/// What comes of each part of a list, in order.
+/// The results of `work` on each part of a list, in order.
 pub fn in_parts<T: Send>(length: usize, work: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
     let parts = parts(length);
     if parts.len() == 1 {
@@ -36,7 +40,7 @@ pub fn in_parts<T: Send>(length: usize, work: impl Fn(Range<usize>) -> T + Sync)
     parts.into_par_iter().with_max_len(1).map(&work).collect()
 }
 
-/// Does something with each item of a list.
+/// Calls `work` on each item of a list.
 pub fn for_each<T: Send>(items: &mut [T], work: impl Fn(&mut T) + Sync) {
     if !is_shared(items.len()) {
         return items.iter_mut().for_each(&work);
@@ -44,18 +48,18 @@ pub fn for_each<T: Send>(items: &mut [T], work: impl Fn(&mut T) + Sync) {
     items.par_iter_mut().with_min_len(GRAIN * GRAIN).for_each(&work);
 }
 
-/// Does two things with lists of about this length, on two threads if that pays.
+/// Runs two closures on lists of about this length, on two threads where that pays.
 pub fn both<A: Send, B: Send>(length: usize, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
     if is_shared(length) { rayon::join(a, b) } else { (a(), b()) }
 }
 
-/// Fewer items than this are not worth being handed to other threads, where each takes some microseconds.
+/// Below this number of items (each some microseconds of work) one thread is faster.
 const FEW_ITEMS: usize = 64;
 
-/// So many such items are handed over together, at least.
+/// The least number of items that are handed to a thread together.
 const PIECE: usize = 16;
 
-/// Does a step of work on each of some items, in any order and on any thread. Items that are worked on at once have a worker each.
+/// Calls `step` on each item, in any order and on any thread. Items that run at the same time get different workers.
 pub fn with_workers<W: Default + Send, T: Send>(
     workers: &mut Vec<W>,
     items: &mut [T],
@@ -79,7 +83,7 @@ mod tests {
 
     /// Clouds without ties, with nothing but ties, and with some.
     fn long_clouds() -> [(&'static str, Points); 3] {
-        // Multiples of irrational numbers, but for their integers, are spread evenly.
+        // The fractional parts of multiples of an irrational number are spread evenly.
         let spread = |at: u32, step: f64| (f64::from(at) * step).fract();
         let anywhere: Points =
             (0..3000).map(|at| [spread(at, 0.618_033_988_749_894_9), spread(at, 0.414_213_562_373_095_1)]).collect();

@@ -1,39 +1,42 @@
-//! Sorting by numbers, where most of them differ.
+//! Sorting by numeric keys, most of which differ.
 //!
-//! In: keys for each of some items. Out: the items' places, in order. Invariants: the result is what a comparison sort by the whole
-//! keys gives, whatever their spread. Must not know: what the items are.
+//! In: keys of items.
+//! Out: the items' places, in order.
+//! Invariant: the result is that of a comparison sort by the whole keys, whatever their spread.
+//! Must not know: what the items are.
 
 use std::ops::Range;
 
 use super::parallel::{both, is_shared};
 
-/// Below so many keys a comparison sort is at once as good as the passes of a radix sort.
+/// Below this number of keys a comparison sort is faster than the passes of a radix sort.
 const FEW: usize = 256;
 
-/// So many keys tell where the middle one is, about.
+/// The number of keys that are sampled to estimate the median.
 const SAMPLE: usize = 1000;
 
-/// A number's place among all numbers but NaN, as an integer.
+/// An integer in the order of the numbers; not for NaN.
 #[inline]
 pub fn ordinal(value: f64) -> u64 {
-    // The bits of positive numbers are in their order; those of negative ones are in reverse. Zeros are one value.
+    // The bits of positive numbers are in their order, those of negative ones in reverse. Both zeros give one value.
     let bits = (value + 0.0).to_bits();
     if bits >> 63 == 0 { bits | 1 << 63 } else { !bits }
 }
 
-/// The place of a pair among all pairs of numbers below `count`, by the first number, then by the other.
+/// The place of a pair among all pairs of numbers below `count`: by the first number, then by the second.
 #[inline]
 pub fn pair_key([a, b]: [u32; 2], count: usize) -> u64 {
     u64::from(a) * count as u64 + u64::from(b)
 }
 
-/// Places of items in increasing order of their first keys, of their second ones where the first are equal.
+/// The places of items in increasing order of their first keys, then of their second keys.
 ///
-/// Takes linear time, but for keys that differ in less than 2^-32 of their range.
+/// Takes linear time, except for keys that differ by less than 2^-32 of their range.
 pub fn in_order(count: usize, first: impl Fn(u32) -> u64, second: impl Fn(u32) -> u64) -> Vec<u32> {
     let mut rough = Rough::new((0..count as u32).map(&first));
     if rough.tied() * 2 > count {
-        // On a lattice all edges are of two or three lengths. Looked up in the items' own order, second keys are near in memory.
+        // On a lattice all edges have two or three lengths. Second keys are therefore computed in the items' own order,
+        // where they are near in memory.
         let keys: Vec<u64> = (0..count as u32).map(&second).collect();
         settle(&mut rough, first, |place| keys[place as usize]);
     } else {
@@ -42,7 +45,7 @@ pub fn in_order(count: usize, first: impl Fn(u32) -> u64, second: impl Fn(u32) -
     rough.places
 }
 
-/// Sorts the runs that a rough sort by the first keys has left.
+/// Sorts the runs that a rough sort by the first keys leaves.
 fn settle(rough: &mut Rough, first: impl Fn(u32) -> u64, second: impl Fn(u32) -> u64) {
     let Rough { places, runs, is_exact } = rough;
     for run in runs {
@@ -56,7 +59,7 @@ fn settle(rough: &mut Rough, first: impl Fn(u32) -> u64, second: impl Fn(u32) ->
     }
 }
 
-/// Sorts items of one first key by their second ones.
+/// Sorts items with equal first keys by their second keys.
 fn sort_tied(tied: &mut [u32], second: impl Fn(u32) -> u64) {
     if tied.len() < FEW {
         return tied.sort_unstable_by_key(|&place| second(place));
@@ -79,12 +82,12 @@ pub fn sort_by_key<T: Copy, K: radsort::Key + Ord>(items: &mut [T], key: impl Fn
     }
 }
 
-/// Items sorted by the 32 most telling bits of their keys.
+/// Items sorted by the 32 most significant bits of their keys.
 struct Rough {
     places: Vec<u32>,
-    /// Where more than one item has the same such bits.
+    /// Places of items whose 32 bits are equal.
     runs: Vec<Range<usize>>,
-    /// Whether these bits tell all: items of one run have one key.
+    /// Whether these bits are the whole key: all items of a run then have equal keys.
     is_exact: bool,
 }
 
@@ -111,13 +114,13 @@ impl Rough {
         Self { places: keyed.into_iter().map(|(_, place)| place).collect(), runs, is_exact: lost == 0 }
     }
 
-    /// How many items are in runs.
+    /// The number of items in runs.
     fn tied(&self) -> usize {
         self.runs.iter().map(ExactSizeIterator::len).sum()
     }
 }
 
-/// Sorts by the first of each two, those below some middle key and the others at the same time.
+/// Sorts by the first of each two: the keys below an estimated median and the others at the same time.
 fn sort_halves(keyed: &mut Vec<(u32, u32)>) {
     if !is_shared(keyed.len()) {
         return sort_by_key(keyed, |&(key, _)| key);

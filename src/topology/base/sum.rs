@@ -1,8 +1,10 @@
-//! Sums of many numbers.
+//! Accurate sums.
 //!
-//! In: numbers. Out: their sum. Invariant: the error does not grow with the number of terms.
+//! In: numbers.
+//! Out: their sum.
+//! Invariant: the error does not grow with the number of terms.
 
-/// A sum whose error does not grow with the number of terms (Neumaier).
+/// The sum of some numbers with an error that does not grow with their number (Neumaier's algorithm).
 pub fn compensated_sum(terms: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut lost) = (0.0_f64, 0.0);
     for term in terms {

@@ -1,7 +1,9 @@
-//! Which points leave a cloud because its window has moved on.
+//! The points that leave a cloud because its window moves on.
 //!
-//! In: event times, frame numbers, counts of points. Out: points that leave their places. Invariants: a point that was retracted leaves once; the queue of arrivals is
-//! bounded by the points in the window. Must not know: how vertices are found by position.
+//! In: event times, frame numbers, counts of points.
+//! Out: points that leave their places.
+//! Invariants: a retracted point leaves once. The queue of arrivals is bounded by the points in the window.
+//! Must not know: how vertices are found by position.
 
 use super::refusal::Refusal;
 use super::store::Cloud;
@@ -10,8 +12,7 @@ use super::window::{Arrival, Window};
 impl Cloud {
     /// Moves event time forward without a point.
     ///
-    /// # Errors
-    /// [`Refusal::TimeNotFinite`].
+    /// # Errors [`Refusal::TimeNotFinite`].
     pub fn advance_time(&mut self, time: f64) -> Result<(), Refusal> {
         self.note_time(time)?;
         self.expire();
@@ -20,7 +21,7 @@ impl Cloud {
 
     pub(super) fn key(&mut self, time: Option<f64>) -> Result<f64, Refusal> {
         if let Some(time) = time {
-            // Noting a time that is too late changes nothing.
+            // A time that is too late leaves the newest time as it is.
             self.note_time(time)?;
             let oldest = self.window_start(self.newest_time.unwrap_or(time));
             if time < oldest {
@@ -48,12 +49,12 @@ impl Cloud {
         }
     }
 
-    /// Whether a point with this key leaves before some that came before it.
+    /// Whether a point with this key leaves before points that arrived earlier.
     pub(super) fn is_late(&self, key: f64) -> bool {
         matches!(self.window, Window::Time(_)) && self.newest_time.is_some_and(|newest| key < newest)
     }
 
-    /// Lets go of what has left the window by now.
+    /// Removes the points that have left the window.
     pub(super) fn expire(&mut self) {
         match self.window {
             Window::Points(limit) => {
@@ -77,7 +78,7 @@ impl Cloud {
         }
     }
 
-    /// An arrival has left the window: its point goes, unless it was retracted before.
+    /// Removes the point of an arrival that has left the window, unless it was retracted before.
     pub(super) fn forget(&mut self, arrival: Arrival) {
         let place = &mut self.places[arrival.slot as usize];
         if place.vertex.id != arrival.vertex {
@@ -90,7 +91,8 @@ impl Cloud {
         }
     }
 
-    /// Drops the arrivals of retracted points once they are the most of the queue, so that it stays bounded by the window.
+    /// Drops the arrivals of retracted points once they are most of the queue, so that the queue stays bounded by the
+    /// window.
     pub(super) fn sweep_queue(&mut self) {
         if (self.queue.len() as u64) >= 2 * self.points + 1024 {
             self.drop_retracted();

@@ -1,4 +1,8 @@
-//! The points of a stream: which positions are there now, and what has changed.
+//! The points of a stream: which positions the cloud has now, and what has changed.
+//!
+//! In: points, retractions, event times, commits.
+//! Out: vertices (distinct positions with ids) and changes.
+//! Must not know: triangulations, skeletons.
 
 mod expiry;
 mod position;

@@ -1,17 +1,18 @@
-//! Positions in the plane, and the one order among them.
+//! Positions in the plane and their total order.
 //!
-//! In: pairs of doubles from anywhere. Out: [`Position`]s, which are finite, inside the limits of exact arithmetic,
-//! free of negative zeros, and totally ordered by x, then y. Every tie in this crate is broken by that order.
-//! Invariant: two positions are equal exactly when their bits are. Must not know: identifiers, triangulations.
+//! In: pairs of doubles.
+//! Out: [`Position`]s: finite, inside the limits of exact arithmetic, without negative zeros, ordered by x, then y.
+//! Invariants: two positions are equal exactly when their bits are. Every tie in this crate is decided by this order.
+//! Must not know: identifiers, triangulations.
 
 use std::cmp::Ordering;
 
 use thiserror::Error;
 
-/// Largest magnitude of a coordinate: 2^201. Beyond it the exact predicates could overflow.
+/// The largest magnitude of a coordinate: 2^201. Beyond it the exact predicates could overflow.
 pub const MAX_COORDINATE: f64 = f64::from_bits((1023 + 201) << 52);
 
-/// Smallest magnitude of a coordinate that is not zero: 2^-142. Below it the exact predicates could underflow.
+/// The smallest magnitude of a coordinate other than zero: 2^-142. Below it the exact predicates could underflow.
 pub const MIN_COORDINATE: f64 = f64::from_bits((1023 - 142) << 52);
 
 /// A point of the plane that the exact predicates can handle.
@@ -77,7 +78,7 @@ impl Position {
         Ok(Self { x: coordinate(Axis::X, x)?, y: coordinate(Axis::Y, y)? })
     }
 
-    /// A position that was computed from others and lies between them: its coordinates may only be too near to 0, and become 0 then.
+    /// A position that was computed from others and lies between them. A coordinate below [`MIN_COORDINATE`] becomes 0.
     pub(crate) fn between(x: f64, y: f64) -> Self {
         let [x, y] = [x, y].map(|v| if v.abs() < MIN_COORDINATE { 0.0 } else { v });
         Self { x, y }
@@ -137,23 +138,23 @@ impl PartialOrd for Position {
 impl Ord for Position {
     #[inline]
     fn cmp(&self, other: &Self) -> Ordering {
-        // Neither NaN nor -0.0 is a coordinate, so plain comparisons are a total order, and quicker than `total_cmp`.
+        // No coordinate is NaN or -0.0, so plain comparisons are a total order. They are faster than `total_cmp`.
         let by = |a: f64, b: f64| (a > b).cmp(&(a < b));
         by(self.x, other.x).then_with(|| by(self.y, other.y))
     }
 }
 
-/// Something and where it is.
+/// An item and its position.
 pub type Located<S> = (Position, S);
 
-/// A quarter of the squared distance of `a` and `b`: the squared scale at which a Gabriel edge enters.
+/// A quarter of the squared distance of `a` and `b`: the squared scale at which a Gabriel edge enters the filtration.
 #[inline]
 pub fn half_length_squared(a: Position, b: Position) -> f64 {
     let (dx, dy) = (a.x() - b.x(), a.y() - b.y());
     (dx * dx + dy * dy) * 0.25
 }
 
-/// Distance of `a` and `b`.
+/// The distance of `a` and `b`.
 pub fn distance(a: Position, b: Position) -> f64 {
     2.0 * half_length_squared(a, b).sqrt()
 }

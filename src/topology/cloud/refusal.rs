@@ -1,6 +1,8 @@
-//! Why a cloud refuses a point.
+//! The reasons why a cloud refuses a point.
 //!
-//! In: a point that cannot be taken. Out: the reason, in words for its sender. Invariant: a refused point has changed nothing.
+//! In: nothing.
+//! Out: [`Refusal`], whose text is written for the producer of the point.
+//! Invariant: a refused point changes nothing.
 
 use thiserror::Error;
 
@@ -9,16 +11,16 @@ use super::position::CoordinateError;
 /// Why a point was refused. The cloud is as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum Refusal {
-    /// The position cannot be computed with.
+    /// The position is outside the limits of exact arithmetic.
     #[error(transparent)]
     Coordinate(#[from] CoordinateError),
-    /// A time window cannot place a point without a time.
+    /// A time window needs an event time.
     #[error("the point has no event time, which a time window needs: give one (t), at least to the first point")]
     NoTime,
-    /// The event time is not a number.
+    /// The event time is not finite.
     #[error("event time {0} is not a finite number")]
     TimeNotFinite(f64),
-    /// The point is older than the time window already is.
+    /// The event time is before the begin of the time window.
     #[error(
         "event time {time} is before {oldest}, where the time window begins by now: send points sooner or widen it"
     )]
@@ -28,7 +30,7 @@ pub enum Refusal {
         /// The oldest time that the window still holds.
         oldest: f64,
     },
-    /// Nothing to retract.
+    /// No point is there to retract.
     #[error("there is no point at ({x}, {y}) to retract")]
     NotThere {
         /// First coordinate.

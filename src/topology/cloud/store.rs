@@ -1,11 +1,12 @@
-//! The cloud: which positions are there now, and what changed since somebody last asked.
+//! The cloud: the current vertices, and what changed since the last change was taken.
 //!
-//! In: points one by one (to insert or to retract), event times, commits. Out: vertices (distinct positions with an id) as of the
-//! last commit and, when taken, a [`CloudChange`] that sums up all commits since the one taken before. Invariants: equal positions
-//! share one vertex, which lives until the last of its points is gone; lives are judged at commits, so a vertex whose
-//! position is left and taken again between two commits never left; ids rise in order of first appearance and are never
-//! given twice; a slot is not reused before the change after the one that emptied it is taken. Must not know: triangulations, frames'
-//! contents.
+//! In: points one by one (to insert or to retract), event times, commits.
+//! Out: the vertices as of the last commit. On request, a [`CloudChange`] that sums up all commits since the change
+//! before.
+//! Invariants: equal positions share one vertex, which lives until its last point leaves. Vertices appear and vanish at
+//! commits only: a position that is left and taken again between two commits keeps its vertex. Ids rise in order of
+//! first appearance and are never reused. A slot is reused only after the change that follows the one which emptied it.
+//! Must not know: triangulations, the contents of frames.
 
 use std::collections::BTreeMap;
 
@@ -20,22 +21,22 @@ use super::window::{Queue, Window};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub(super) vertex: Vertex,
-    /// Points on this position.
+    /// The number of points at this position.
     points: u64,
-    /// Points that were retracted while the window still holds their arrivals.
+    /// Points that are retracted but whose arrivals are still in the window's queue.
     pub(super) retracted: u32,
-    life: Life,
+    state: PlaceState,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Life {
-    /// Appeared since the last commit.
+enum PlaceState {
+    /// It appeared since the last commit.
     New,
-    /// There at the last commit, but not yet told of in a change.
-    Fresh,
-    /// There at the last commit, and told of.
-    Old,
-    /// Not in use.
+    /// It was there at the last commit, but no change has reported it yet.
+    Unreported,
+    /// It was there at the last commit, and a change has reported it.
+    Reported,
+    /// The slot is not in use.
     Free,
 }
 
@@ -48,17 +49,18 @@ pub struct Cloud {
     free: Vec<Slot>,
     by_position: HashTable<Slot>,
     pub(super) queue: Queue,
-    /// Slots whose vertex may have appeared or vanished since the last commit; some stand in it twice.
+    /// Slots whose vertex may have appeared or vanished since the last commit; may repeat.
     touched: Vec<Slot>,
-    /// Slots that commits have made fresh; some no more, some twice.
-    fresh: Vec<Slot>,
+    /// Slots that became unreported at a commit. Some may have vanished since; may repeat.
+    unreported: Vec<Slot>,
     /// Slots emptied by commits since the last change was taken.
     vanished: Vec<Slot>,
     /// Slots emptied in the last change taken.
     emptied: Vec<Slot>,
-    /// Slots in order of id, vanished ones too until a sweep. None while no slot was reused: they are in that order then.
+    /// Slots in order of id, vanished ones included until a sweep. None while no slot was reused: slots are in that
+    /// order then.
     order: Option<Vec<(VertexId, Slot)>>,
-    /// Vertices in use, those of the frame in hand among them.
+    /// Vertices in use, including those that are not committed yet.
     used: usize,
     /// Vertices as of the last commit.
     committed: usize,
@@ -79,7 +81,7 @@ impl Cloud {
             by_position: HashTable::new(),
             queue: Queue::new(window),
             touched: Vec::new(),
-            fresh: Vec::new(),
+            unreported: Vec::new(),
             vanished: Vec::new(),
             emptied: Vec::new(),
             order: None,
@@ -92,7 +94,7 @@ impl Cloud {
         }
     }
 
-    /// Makes room for so many more points at once.
+    /// Makes room for so many more points.
     pub fn reserve(&mut self, points: usize) {
         self.places.reserve(points.saturating_sub(self.free.len()));
         self.touched.reserve(points);
@@ -100,10 +102,9 @@ impl Cloud {
         self.by_position.reserve(points, |&slot| hash(places[slot as usize].vertex.position));
     }
 
-    /// Adds a point; `time` is its event time. In a time window, a point without one counts as of the newest time known.
+    /// Adds a point; `time` is its event time. In a time window, a point without one gets the newest time known.
     ///
-    /// # Errors
-    /// [`Refusal`]; the cloud is then as it was.
+    /// # Errors [`Refusal`]; the cloud is then unchanged.
     pub fn insert(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<Slot, Refusal> {
         let position = self.place_of(x, y)?;
         let key = self.key(time)?;
@@ -111,7 +112,7 @@ impl Cloud {
         self.points += 1;
         let vertex = self.places[slot as usize].vertex.id;
         if self.places[slot as usize].retracted > 0 && self.is_late(key) {
-            // Retracted points are told by leaving first: a late one must not slip in before them.
+            // At a position, retracted points leave first. A late point must not take their place in the queue.
             self.drop_retracted();
         }
         self.queue.push(key, slot, vertex);
@@ -119,10 +120,9 @@ impl Cloud {
         Ok(slot)
     }
 
-    /// Takes back the oldest point at a position.
+    /// Retracts the oldest point at a position.
     ///
-    /// # Errors
-    /// [`Refusal`]; the cloud is then as it was.
+    /// # Errors [`Refusal`]; the cloud is then unchanged.
     pub fn retract(&mut self, x: f64, y: f64) -> Result<Slot, Refusal> {
         let position = self.place_of(x, y)?;
         let slot = self.find(position).ok_or(Refusal::NotThere { x, y })?;
@@ -145,44 +145,46 @@ impl Cloud {
         touched.clear();
         self.touched = touched;
         self.sweep_order();
-        sweep(&mut self.fresh, self.places.len());
+        sweep(&mut self.unreported, self.places.len());
     }
 
-    /// Judges a vertex' life at a commit.
+    /// Decides at a commit whether a vertex appears, stays or vanishes.
     fn settle(&mut self, slot: Slot) {
         let place = &mut self.places[slot as usize];
-        match (place.points > 0, place.life) {
-            (true, Life::New) => {
-                place.life = Life::Fresh;
-                self.fresh.push(slot);
+        match (place.points > 0, place.state) {
+            (true, PlaceState::New) => {
+                place.state = PlaceState::Unreported;
+                self.unreported.push(slot);
                 self.committed += 1;
             }
-            (false, Life::Fresh) => {
+            (false, PlaceState::Unreported) => {
                 self.vacate(slot);
                 self.free.push(slot);
                 self.committed -= 1;
             }
-            (false, Life::Old) => {
+            (false, PlaceState::Reported) => {
                 self.vacate(slot);
                 self.vanished.push(slot);
                 self.committed -= 1;
             }
-            (true, Life::Fresh | Life::Old) | (false, Life::New) | (_, Life::Free) => {}
+            (true, PlaceState::Unreported | PlaceState::Reported)
+            | (false, PlaceState::New)
+            | (_, PlaceState::Free) => {}
         }
     }
 
-    /// What commits changed since the change taken before.
+    /// What all commits changed since the last change was taken.
     pub fn take_change(&mut self) -> CloudChange {
         let by_id = |places: &[Place], slots: &mut Vec<Slot>| {
             slots.sort_unstable_by_key(|&slot| (places[slot as usize].vertex.id, slot));
             slots.dedup();
         };
         self.free.append(&mut self.emptied);
-        let mut appeared = std::mem::take(&mut self.fresh);
-        appeared.retain(|&slot| self.places[slot as usize].life == Life::Fresh);
+        let mut appeared = std::mem::take(&mut self.unreported);
+        appeared.retain(|&slot| self.places[slot as usize].state == PlaceState::Unreported);
         by_id(&self.places, &mut appeared);
         for &slot in &appeared {
-            self.places[slot as usize].life = Life::Old;
+            self.places[slot as usize].state = PlaceState::Reported;
         }
         let mut vanished = std::mem::take(&mut self.vanished);
         by_id(&self.places, &mut vanished);
@@ -192,7 +194,7 @@ impl Cloud {
 
     fn vacate(&mut self, slot: Slot) {
         let place = &mut self.places[slot as usize];
-        place.life = Life::Free;
+        place.state = PlaceState::Free;
         let position = place.vertex.position;
         if let Ok(entry) = self.by_position.find_entry(hash(position), |&other| other == slot) {
             entry.remove();
@@ -200,48 +202,49 @@ impl Cloud {
         self.used -= 1;
     }
 
-    /// The vertices as of the last commit, by id. Uncommitted ones are left out.
+    /// The vertices as of the last commit, by id.
     pub fn vertices(&self) -> impl Iterator<Item = (Slot, Vertex)> + '_ {
         let listed = self.order.as_deref();
         (0..listed.map_or(self.places.len(), <[_]>::len)).filter_map(move |place| {
             let (id, slot) = listed.map_or_else(|| (self.places[place].vertex.id, place as Slot), |order| order[place]);
             let place = &self.places[slot as usize];
-            (place.vertex.id == id && matches!(place.life, Life::Fresh | Life::Old)).then_some((slot, place.vertex))
+            (place.vertex.id == id && matches!(place.state, PlaceState::Unreported | PlaceState::Reported))
+                .then_some((slot, place.vertex))
         })
     }
 
-    /// Position of the vertex in a slot (the last one, if it is gone).
+    /// The position of the vertex in a slot; of the last one, if it is gone.
     #[inline]
     pub fn position(&self, slot: Slot) -> Position {
         self.places[slot as usize].vertex.position
     }
 
-    /// The vertex in a slot (the last one, if it is gone).
+    /// The vertex in a slot; the last one, if it is gone.
     pub fn vertex(&self, slot: Slot) -> Vertex {
         self.places[slot as usize].vertex
     }
 
-    /// Name of the vertex in a slot (of the last one, if it is gone).
+    /// The id of the vertex in a slot; of the last one, if it is gone.
     pub fn id(&self, slot: Slot) -> VertexId {
         self.places[slot as usize].vertex.id
     }
 
-    /// One more than the largest slot ever used.
+    /// One more than the largest slot in use so far.
     pub fn slot_count(&self) -> usize {
         self.places.len()
     }
 
-    /// Number of vertices in use, those of the frame in hand among them.
+    /// The number of vertices, including those that are not committed yet.
     pub fn used_count(&self) -> usize {
         self.used
     }
 
-    /// Number of distinct positions as of the last commit.
+    /// The number of vertices as of the last commit.
     pub fn vertex_count(&self) -> usize {
         self.committed
     }
 
-    /// Number of points, duplicates and those of the frame in hand among them.
+    /// The number of points, including duplicates and those that are not committed yet.
     pub fn point_count(&self) -> u64 {
         self.points
     }
@@ -259,7 +262,7 @@ impl Cloud {
         (self.places[slot as usize].points > 0).then_some(slot)
     }
 
-    /// One more point at `position`, with a new vertex if there is none.
+    /// Adds a point at `position`, with a new vertex if there is none.
     fn occupy(&mut self, position: Position) -> Result<Slot, Refusal> {
         let places = &mut self.places;
         let entry = self.by_position.entry(
@@ -279,7 +282,7 @@ impl Cloud {
             return Err(Refusal::Full(places.len()));
         }
         let id = VertexId(self.next_id);
-        let place = Place { vertex: Vertex { id, position }, points: 1, retracted: 0, life: Life::New };
+        let place = Place { vertex: Vertex { id, position }, points: 1, retracted: 0, state: PlaceState::New };
         let slot = match self.free.pop() {
             Some(slot) => {
                 self.order.get_or_insert_with(|| in_slot_order(places));
@@ -301,7 +304,7 @@ impl Cloud {
         Ok(slot)
     }
 
-    /// One point less in a slot.
+    /// Removes a point from a slot.
     pub(super) fn leave(&mut self, slot: Slot) {
         let place = &mut self.places[slot as usize];
         place.points -= 1;
@@ -309,8 +312,8 @@ impl Cloud {
         if place.points > 0 {
             return;
         }
-        if place.life == Life::New {
-            // Nobody has seen it: its slot is free at once, so that memory stays bounded without commits too.
+        if place.state == PlaceState::New {
+            // No commit has seen it. Its slot is free at once, so memory stays bounded without commits as well.
             self.vacate(slot);
             self.free.push(slot);
             self.sweep_order();
@@ -320,17 +323,17 @@ impl Cloud {
         sweep(&mut self.touched, self.places.len());
     }
 
-    /// Drops vanished vertices from the order of ids once they are the most of it.
+    /// Drops vanished vertices from the order of ids once they are most of it.
     fn sweep_order(&mut self) {
         let Some(order) = self.order.as_mut().filter(|order| order.len() >= 2 * self.used + 1024) else { return };
         let places = &self.places;
         order.retain(|&(id, slot)| {
             let place = &places[slot as usize];
-            place.vertex.id == id && place.life != Life::Free
+            place.vertex.id == id && place.state != PlaceState::Free
         });
     }
 
-    /// Of slots that appear in a change where others vanish: these.
+    /// Slots that appear in a change at the position of a slot that vanishes in it, each with that slot.
     pub(crate) fn returned(&self, change: &CloudChange) -> BTreeMap<Slot, Slot> {
         let mut left = HashTable::with_capacity(change.vanished.len());
         for &slot in &change.vanished {
@@ -344,10 +347,10 @@ impl Cloud {
         change.appeared.iter().filter_map(same).collect()
     }
 
-    /// Panics when the cloud contradicts itself. For tests.
+    /// Panics when the cloud is inconsistent. For tests.
     #[doc(hidden)]
     pub fn check_invariants(&self) {
-        let used = || self.places.iter().filter(|place| place.life != Life::Free);
+        let used = || self.places.iter().filter(|place| place.state != PlaceState::Free);
         assert_eq!(used().count(), self.used);
         assert_eq!(self.by_position.len(), self.used);
         assert_eq!(self.vertices().count(), self.committed);
@@ -365,7 +368,7 @@ fn in_slot_order(places: &[Place]) -> Vec<(VertexId, Slot)> {
     places.iter().zip(0..).map(|(place, slot)| (place.vertex.id, slot)).collect()
 }
 
-/// Forgets slots noted twice once they are the most of a list, so that it stays bounded by the places.
+/// Removes repeated slots once they are most of a list, so that the list stays bounded by the places.
 fn sweep(slots: &mut Vec<Slot>, places: usize) {
     if slots.len() > 2 * places + 1024 {
         slots.sort_unstable();
@@ -373,7 +376,7 @@ fn sweep(slots: &mut Vec<Slot>, places: usize) {
     }
 }
 
-/// Mixes both coordinates; positions of a grid differ in few bits, and all of them must count.
+/// Mixes both coordinates. Positions of a grid differ in few bits, so all bits must count.
 #[inline]
 fn hash(position: Position) -> u64 {
     let [x, y] = position.xy().map(f64::to_bits);

@@ -1,30 +1,32 @@
-//! Vertices: the distinct positions of a cloud, and how they come and go.
+//! Vertices: the distinct positions of a cloud.
 //!
-//! In: nothing. Out: the types that name a vertex. Must not know: how a cloud keeps them.
+//! In: nothing.
+//! Out: the types that name a vertex, and the change of a cloud.
+//! Must not know: how a cloud stores them.
 
 use super::position::Position;
 
-/// Names a vertex for as long as its stream lives; never reused.
+/// The id of a vertex: never reused in its stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct VertexId(pub u64);
 
-/// Where the cloud keeps a vertex; reused once the vertex is gone.
+/// The index under which the cloud stores a vertex; reused after the vertex is gone.
 pub type Slot = u32;
 
 /// A distinct position of the cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vertex {
-    /// Its name.
+    /// Its id.
     pub id: VertexId,
-    /// Where it is.
+    /// Its position.
     pub position: Position,
 }
 
-/// What commits changed since the change taken before. Both lists are in order of id.
+/// What commits changed since the last change was taken. Both lists are in order of id.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CloudChange {
-    /// Slots of vertices that were not there then.
+    /// Slots of new vertices.
     pub appeared: Vec<Slot>,
-    /// Slots of vertices that are gone; they may be reused once the next change is taken.
+    /// Slots of vertices that are gone. They may be reused once the next change is taken.
     pub vanished: Vec<Slot>,
 }

@@ -1,8 +1,10 @@
-//! Which points a stream keeps: all, the last N, the last N frames, the last T of event time.
+//! The window of a stream: all points, the last N, the last N frames, or the last T of event time.
 //!
-//! In: arrivals (an [`Arrival`] each), frame numbers, event times. Out: the arrivals that leave. Invariants: arrivals leave
-//! oldest first (by event time in a time window, else by order of arrival); nothing is kept for [`Window::All`]. Must not
-//! know: positions, vertices' lives.
+//! In: arrivals, frame numbers, event times.
+//! Out: the arrivals that leave.
+//! Invariants: arrivals leave oldest first, by event time in a time window, else by order of arrival. Nothing is stored
+//! for [`Window::All`].
+//! Must not know: positions, the states of vertices.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
@@ -16,11 +18,11 @@ pub enum Window {
     /// Until it is retracted.
     #[default]
     All,
-    /// While it is among the last so many points.
+    /// While it is among the last N points.
     Points(NonZeroU64),
-    /// While its frame is among the last so many frames; 1: every frame replaces the cloud.
+    /// While its frame is among the last N frames. With 1, every frame replaces the cloud.
     Frames(NonZeroU64),
-    /// While its event time is not older than the newest one by more than this (in the unit of the event times).
+    /// While its event time is at most this much before the newest one (in the unit of the event times).
     Time(f64),
 }
 
@@ -33,7 +35,7 @@ pub(super) struct Arrival {
     sequence: u64,
     /// Its vertex.
     pub slot: Slot,
-    /// Tells a vertex from a later one in the same slot.
+    /// Distinguishes a vertex from a later one in the same slot.
     pub vertex: VertexId,
 }
 
@@ -51,7 +53,7 @@ impl Ord for Arrival {
     }
 }
 
-/// The arrivals that a window still holds, oldest first out.
+/// The arrivals in a window; the oldest leaves first.
 #[derive(Clone, Debug)]
 pub(super) struct Queue {
     window: Window,
@@ -76,7 +78,7 @@ impl Queue {
         Self { window, order, sequence: 0 }
     }
 
-    /// Notes that a point has come; `key` is its frame number or event time.
+    /// Adds an arrival; `key` is its frame number or event time.
     pub fn push(&mut self, key: f64, slot: Slot, vertex: VertexId) {
         let arrival = Arrival { key, sequence: self.sequence, slot, vertex };
         self.sequence += 1;
@@ -87,7 +89,7 @@ impl Queue {
         }
     }
 
-    /// Takes out the oldest arrival.
+    /// Removes the oldest arrival.
     pub fn pop(&mut self) -> Option<Arrival> {
         match &mut self.order {
             Order::Arrival(queue) => queue.pop_front(),
@@ -95,7 +97,7 @@ impl Queue {
         }
     }
 
-    /// Takes out the oldest arrival if its frame number or event time is below `limit`.
+    /// Removes the oldest arrival if its frame number or event time is below `limit`.
     pub fn pop_below(&mut self, limit: f64) -> Option<Arrival> {
         let oldest = match &self.order {
             Order::Arrival(queue) => queue.front(),
@@ -111,7 +113,7 @@ impl Queue {
         }
     }
 
-    /// Keeps what `keep` says, asked from the oldest on.
+    /// Removes the arrivals for which `keep` is false; `keep` is called from the oldest on.
     pub fn retain(&mut self, mut keep: impl FnMut(&Arrival) -> bool) {
         match &mut self.order {
             Order::Arrival(queue) => queue.retain(keep),

@@ -1,17 +1,19 @@
-//! What turned one frame's skeleton into the next one's.
+//! The change from one frame's skeleton to the next one's.
 //!
-//! In: the [`Difference`] that the tiles found, or two skeletons. Out: a [`Change`], by ids, from which every view's diff follows.
-//! Invariants: it holds what changed and nothing else; it starts from one frame and leads to one. Must not know: views, formats.
+//! In: a change of the cloud, and two trees or what is known of their difference.
+//! Out: a [`Change`] by ids, from which every view's diff follows.
+//! Invariants: it contains what changed and nothing else. It leads from one frame to one frame.
+//! Must not know: views, formats.
 
 use std::cmp::Ordering;
 
 use crate::topology::cloud::{Cloud, CloudChange, Slot, Vertex};
 use crate::topology::skeleton::{Critical, Edge, EdgeId, Skeleton, TreeEdgeId};
 
-/// What turned one skeleton into another.
+/// The difference of two skeletons.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Change {
-    /// Number of the frame it starts from; 0 for the empty skeleton.
+    /// The number of the frame it starts from; 0 for the empty skeleton.
     pub from: u64,
     /// Vertices that are new, by id.
     pub vertices_added: Vec<Vertex>,
@@ -21,7 +23,7 @@ pub struct Change {
     pub tree_added: Vec<TreeEdgeId>,
     /// Tree edges that are gone, in no order.
     pub tree_removed: Vec<TreeEdgeId>,
-    /// Which dots have changed; not told of after one pass, where asking for those that are shown is quicker.
+    /// Which dots have changed. None after one pass: comparing the dots of a view is faster there.
     pub dots: Option<DotChange>,
 }
 
@@ -35,9 +37,9 @@ pub struct DotChange {
 }
 
 impl Change {
-    /// By vertices alone.
+    /// A change of vertices only.
     pub fn of_cloud(from: u64, cloud: &Cloud, change: &CloudChange) -> Self {
-        // A slot that was emptied in this change still says what it held.
+        // A slot that was emptied in this change still has its last vertex.
         let vertices = |slots: &[Slot]| slots.iter().map(|&slot| cloud.vertex(slot)).collect();
         Self {
             from,
@@ -47,7 +49,7 @@ impl Change {
         }
     }
 
-    /// Adds edges that are in one of two trees alone.
+    /// Adds the edges that are in one of two trees only.
     pub fn with_trees(mut self, old: &Tree<'_>, new: &Tree<'_>) -> Self {
         let (mut old, mut new) = (old.iter().peekable(), new.iter().peekable());
         loop {
@@ -67,17 +69,17 @@ impl Change {
     }
 }
 
-/// The tree of a skeleton that is held, in order.
+/// A tree in order of its edges, wherever it is stored.
 pub enum Tree<'a> {
-    /// There was none.
+    /// No tree.
     Empty,
-    /// Of a whole skeleton.
+    /// That of a whole skeleton.
     Whole(&'a Skeleton),
-    /// Gathered from tiles.
+    /// Collected from elsewhere.
     Gathered(Vec<TreeEdgeId>),
 }
 
-/// An edge of such a tree. Its scale is computed where it is asked for: most edges do not change.
+/// An edge of such a tree. Its scale is computed only if the edge has changed.
 struct Entry<'a> {
     edge: EdgeId,
     scale: Scale<'a>,

@@ -1,10 +1,14 @@
-//! The persistence diagram, kept so that its widest gaps are at hand however many dots there are.
+//! The persistence diagram, stored so that its widest gaps are found quickly however many dots there are.
 //!
-//! In: dots that come and go. Out: [`Selection`]s, as [`gaps`](crate::topology::skeleton::gaps) gives them. The most persistent dots ("tall") stand in order; all others only
-//! count in buckets of one width, which bound the gaps between them: no gap among low dots is wider than the longest run of empty buckets
-//! and the two around it. As long as the gaps wanted are wider, they are all among the tall. Where they are not, more dots have to
-//! become tall, which takes time in proportion to all of them; that is rare where few dots stand out. Invariants: a selection is the same as
-//! from the whole diagram; every dot of at least the persistence `least` is tall. Must not know: edges that are not critical, views.
+//! In: dots that are added or removed.
+//! Out: [`Selection`]s, as [`gaps`](crate::topology::skeleton::gaps) gives them.
+//! Invariants: a selection equals that of the whole diagram. Every dot of at least the persistence `least` is sorted.
+//! Must not know: edges other than critical ones, views.
+//!
+//! The most persistent dots are sorted. All others are counted in buckets of equal width. No gap between counted dots
+//! is wider than the longest run of empty buckets and the two buckets around it. As long as the wanted gaps are wider,
+//! they are all between sorted dots. If they are not, more dots have to be sorted, which takes time in proportion to
+//! all dots. That is rare where few dots stand out.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -16,43 +20,43 @@ use crate::topology::skeleton::gaps::{
 };
 use crate::topology::skeleton::{Critical, EdgeId};
 
-/// So many dots are tall at first.
-const TALL: usize = 512;
+/// The number of dots that are sorted at first.
+const SORTED_AT_FIRST: usize = 512;
 
-/// When more than so many times as many are, fewer become it again.
+/// If this many times as many dots as chosen are sorted, the choice is made again.
 const GROWTH: usize = 8;
 
-/// Buckets are so many times narrower than the narrowest gap wanted, if that does not make too many of them.
+/// A bucket is at most this fraction (1/8) of the narrowest wanted gap, within the limit of [`BUCKETS`].
 const FINENESS: f64 = 8.0;
 
-/// At most so many buckets.
+/// The largest number of buckets.
 const BUCKETS: f64 = 4_096.0;
 
-/// The order of dots: the most persistent first, equal ones by their edges.
+/// The order of dots: the most persistent first, equal ones in order of their edges.
 type Rank = (Reverse<u64>, EdgeId);
 
-/// A dot as it is held elsewhere, before it is given its name.
+/// A dot in its own representation, before it is named by ids.
 pub trait Persistent: Copy {
     /// Death minus birth.
     fn persistence(&self) -> f64;
 }
 
-/// A dot by ids, and as it is held elsewhere.
+/// A dot by ids, and in its own representation.
 pub type NamedDot<D> = (Critical, D);
 
 /// A persistence diagram that changes.
 #[derive(Clone, Debug)]
 pub struct Diagram<D> {
-    tall: BTreeMap<Rank, NamedDot<D>>,
-    /// The smallest persistence of tall dots; 0 when all are.
+    sorted: BTreeMap<Rank, NamedDot<D>>,
+    /// The smallest persistence of sorted dots; 0 if all dots are sorted.
     least: f64,
-    low: Vec<u32>,
-    /// Buckets by unit of persistence.
+    buckets: Vec<u32>,
+    /// The number of buckets in a unit of persistence.
     scale: f64,
-    low_count: usize,
-    /// So many dots are tall at first.
+    counted: usize,
+    /// The number of dots that are sorted at first.
     at_first: usize,
-    /// So many dots became tall when they were last chosen.
+    /// The number of dots chosen to be sorted last time.
     chosen: usize,
 }
 
@@ -65,64 +69,65 @@ fn persistence(dot: &Critical) -> f64 {
 }
 
 impl<D: Persistent> Diagram<D> {
-    /// A diagram of all these dots.
+    /// The diagram of all these dots.
     pub fn new(all: impl Iterator<Item = NamedDot<D>>) -> Self {
-        Self::with_tall(all, TALL)
+        Self::with_sorted(all, SORTED_AT_FIRST)
     }
 
-    fn with_tall(all: impl Iterator<Item = NamedDot<D>>, at_first: usize) -> Self {
-        let tall = BTreeMap::new();
+    fn with_sorted(all: impl Iterator<Item = NamedDot<D>>, at_first: usize) -> Self {
+        let sorted = BTreeMap::new();
         let mut diagram =
-            Self { tall, least: 0.0, low: Vec::new(), scale: 0.0, low_count: 0, at_first, chosen: at_first };
+            Self { sorted, least: 0.0, buckets: Vec::new(), scale: 0.0, counted: 0, at_first, chosen: at_first };
         diagram.choose(at_first, 2, 0.0, all);
         diagram
     }
 
-    /// Follows dots that have come and gone; `name` tells of one in full.
+    /// Follows dots that were removed and added. `name` gives the ids of one.
     pub fn follow(&mut self, removed: &[D], added: &[D], name: impl Fn(&D) -> Critical) {
         for dot in removed {
-            if self.is_tall(dot.persistence()) {
-                self.tall.remove(&rank(&name(dot)));
+            if self.is_sorted(dot.persistence()) {
+                self.sorted.remove(&rank(&name(dot)));
             } else {
-                self.count_low(dot.persistence(), false);
+                self.count(dot.persistence(), false);
             }
         }
         for dot in added {
-            if self.is_tall(dot.persistence()) {
+            if self.is_sorted(dot.persistence()) {
                 let named = name(dot);
-                self.tall.insert(rank(&named), (named, *dot));
+                self.sorted.insert(rank(&named), (named, *dot));
             } else {
-                self.count_low(dot.persistence(), true);
+                self.count(dot.persistence(), true);
             }
         }
     }
 
-    /// Whether all dots of at least this persistence stand in order.
-    pub fn is_tall(&self, persistence: f64) -> bool {
+    /// Whether all dots of at least this persistence are sorted.
+    pub fn is_sorted(&self, persistence: f64) -> bool {
         persistence >= self.least
     }
 
-    fn count_low(&mut self, persistence: f64, comes: bool) {
+    fn count(&mut self, persistence: f64, comes: bool) {
         let bucket = self.bucket(persistence);
         if comes {
-            self.low[bucket] += 1;
-            self.low_count += 1;
+            self.buckets[bucket] += 1;
+            self.counted += 1;
         } else {
-            self.low[bucket] -= 1;
-            self.low_count -= 1;
+            self.buckets[bucket] -= 1;
+            self.counted -= 1;
         }
     }
 
     fn bucket(&self, persistence: f64) -> usize {
-        ((persistence * self.scale) as usize).min(self.low.len() - 1)
+        ((persistence * self.scale) as usize).min(self.buckets.len() - 1)
     }
 
-    /// Tall dots of at least this persistence, in order.
+    /// The sorted dots of at least this persistence, in order.
     pub fn down_to(&self, least: f64) -> impl Iterator<Item = &Critical> {
-        self.tall.values().map(|(dot, _)| dot).take_while(move |dot| persistence(dot) >= least)
+        self.sorted.values().map(|(dot, _)| dot).take_while(move |dot| persistence(dot) >= least)
     }
 
-    /// The most persistent dots down to a persistence, in order: so many at the most, and all that are as persistent as the last of them.
+    /// The most persistent dots down to a persistence, in order: at most `most`, and all that are as persistent as the
+    /// last of these.
     pub fn first<I: Iterator<Item = NamedDot<D>>>(
         &mut self,
         most: usize,
@@ -130,21 +135,22 @@ impl<D: Persistent> Diagram<D> {
         largest_death: f64,
         all: impl Fn() -> I,
     ) -> Vec<NamedDot<D>> {
-        let is_short = self.tall.len() < most && self.low_count > 0 && !self.is_tall(least);
-        if is_short || self.tall.len() > GROWTH * self.chosen {
+        let is_short = self.sorted.len() < most && self.counted > 0 && !self.is_sorted(least);
+        if is_short || self.sorted.len() > GROWTH * self.chosen {
             let wanted = all().filter(|(dot, _)| persistence(dot) >= least).count().min(most);
             self.choose(self.at_first.max(wanted.saturating_mul(2)), 2, TOLERANCE * largest_death, all());
         }
         let is_wanted = |dot: &&NamedDot<D>| persistence(&dot.0) >= least;
-        let mut wanted: Vec<NamedDot<D>> = self.tall.values().take_while(is_wanted).take(most).copied().collect();
+        let mut wanted: Vec<NamedDot<D>> = self.sorted.values().take_while(is_wanted).take(most).copied().collect();
         if let (Some(last), true) = (wanted.last().map(|dot| persistence(&dot.0)), wanted.len() == most) {
-            let ties = self.tall.values().skip(most).take_while(|dot| persistence(&dot.0) >= last);
+            let ties = self.sorted.values().skip(most).take_while(|dot| persistence(&dot.0) >= last);
             wanted.extend(ties);
         }
         wanted
     }
 
-    /// Selects by the k widest diagonal gaps and the l widest vertical ones. `all` gives every dot, should more of them have to be tall.
+    /// Selects by the k widest diagonal gaps and the l widest vertical ones. `all` gives every dot, in case more have
+    /// to be sorted.
     pub fn select<I: Iterator<Item = NamedDot<D>>>(
         &mut self,
         k: NonZeroU32,
@@ -153,7 +159,7 @@ impl<D: Persistent> Diagram<D> {
         all: impl Fn() -> I,
     ) -> Selection {
         let (count, tolerance) = (k.get() as usize + 1, TOLERANCE * largest_death);
-        if self.tall.len() > GROWTH * self.chosen {
+        if self.sorted.len() > GROWTH * self.chosen {
             self.choose(self.at_first, count, tolerance, all());
         }
         loop {
@@ -167,68 +173,70 @@ impl<D: Persistent> Diagram<D> {
         }
     }
 
-    /// The widest diagonal gaps, if they are all among tall dots.
+    /// The widest diagonal gaps, if they are all between sorted dots.
     fn widest(&self, count: usize, tolerance: f64) -> Option<Vec<Gap>> {
-        let ascending = || self.tall.values().rev().map(|(dot, _)| persistence(dot));
-        if self.low_count == 0 {
+        let ascending = || self.sorted.values().rev().map(|(dot, _)| persistence(dot));
+        if self.counted == 0 {
             return Some(ranked(diagonal_strips(ascending(), tolerance), count, tolerance));
         }
-        // Between tall dots alone: the strip below the lowest of them ends somewhere among the low ones.
+        // Only between sorted dots: the strip below the lowest of them ends at some counted dot.
         let gaps = ranked(strips_between(ascending(), tolerance), count, tolerance);
         let enough = gaps.len() == count;
         let last = gaps.last().map_or(0.0, Gap::width);
         (enough && last - tolerance > self.widest_below(tolerance)).then_some(gaps)
     }
 
-    /// A bound on the gaps among low dots, and between them and the diagonal or the lowest tall one.
+    /// A bound on the gaps between counted dots, and between these and the diagonal or the lowest sorted dot.
     fn widest_below(&self, tolerance: f64) -> f64 {
         let (mut run, mut longest) = (0, 0);
-        for &count in &self.low {
+        for &count in &self.buckets {
             run = if count == 0 { run + 1 } else { 0 };
             longest = longest.max(run);
         }
-        let lowest_tall = self.tall.values().next_back().map_or(self.least, |(dot, _)| persistence(dot));
-        (longest as f64 + 2.0) / self.scale * (1.0 + TOLERANCE) + (lowest_tall - self.least) + tolerance
+        let lowest_sorted = self.sorted.values().next_back().map_or(self.least, |(dot, _)| persistence(dot));
+        (longest as f64 + 2.0) / self.scale * (1.0 + TOLERANCE) + (lowest_sorted - self.least) + tolerance
     }
 
-    /// Makes about so many dots tall.
+    /// Sorts about this number of dots and counts the others.
     fn choose(&mut self, chosen: usize, count: usize, tolerance: f64, all: impl Iterator<Item = NamedDot<D>>) {
         let mut dots: Vec<NamedDot<D>> = all.collect();
         self.chosen = chosen;
-        self.tall.clear();
-        self.low.clear();
-        self.low_count = 0;
+        self.sorted.clear();
+        self.buckets.clear();
+        self.counted = 0;
         self.least = 0.0;
         if self.chosen < dots.len() {
             let by_persistence = |a: &NamedDot<D>, b: &NamedDot<D>| persistence(&b.0).total_cmp(&persistence(&a.0));
             let (_, last, _) = dots.select_nth_unstable_by(self.chosen - 1, by_persistence);
             self.least = persistence(&last.0);
         }
-        let (tall, low): (Vec<NamedDot<D>>, Vec<NamedDot<D>>) =
-            dots.into_iter().partition(|dot| self.is_tall(persistence(&dot.0)));
-        self.tall.extend(tall.into_iter().map(|dot| (rank(&dot.0), dot)));
-        let strips = strips_between(self.tall.values().rev().map(|dot| persistence(&dot.0)), tolerance);
+        let (sorted, low): (Vec<NamedDot<D>>, Vec<NamedDot<D>>) =
+            dots.into_iter().partition(|dot| self.is_sorted(persistence(&dot.0)));
+        self.sorted.extend(sorted.into_iter().map(|dot| (rank(&dot.0), dot)));
+        let strips = strips_between(self.sorted.values().rev().map(|dot| persistence(&dot.0)), tolerance);
         let width = ranked(strips, count, tolerance).last().map_or(0.0, Gap::width);
         let buckets = (self.least / width * FINENESS).clamp(1.0, BUCKETS).ceil();
         self.scale = buckets / self.least;
-        self.low.resize(buckets as usize, 0);
-        low.iter().for_each(|dot| self.count_low(persistence(&dot.0), true));
+        self.buckets.resize(buckets as usize, 0);
+        low.iter().for_each(|dot| self.count(persistence(&dot.0), true));
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use proptest::prelude::*;
 
     use super::*;
     use crate::topology::VertexId;
 
-    /// A dot by its place among all, its persistence and birth.
+    /// A dot by its number, persistence and birth.
     fn dot(number: usize, persistence: f64, birth: f64) -> Critical {
         Critical { edge: [VertexId(number as u64), VertexId(u64::MAX)], birth, death: birth + persistence }
     }
 
-    /// A dot as it is held elsewhere: by its place among all.
+    /// A dot's own representation: its number and persistence.
     #[derive(Clone, Copy, Debug, PartialEq)]
     struct Numbered(usize, f64);
 
@@ -242,7 +250,7 @@ mod tests {
         Numbered(dot.edge[0].0 as usize, persistence(dot))
     }
 
-    /// Much noise, and some that stands out; some all alike.
+    /// Much noise, some values that stand out, some that are equal.
     fn values() -> impl Strategy<Value = f64> {
         prop_oneof![20 => 1e-9..1e-2, 3 => 0.0..1.0, 3 => (1..6_u32).prop_map(|n| f64::from(n) * 0.125)]
     }
@@ -260,7 +268,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(500) })]
 
-        /// After every change, whatever is tall.
+        /// After every change, whatever is sorted.
         #[test]
         fn selections_are_those_of_the_whole_diagram(
             values in prop::collection::vec((values(), prop_oneof![Just(0.25), 0.0..1.0]), 1..400),
@@ -268,17 +276,18 @@ mod tests {
             at_first in 1..30_usize,
             (k, l) in (1..5_u32, 1..4_u32),
         ) {
-            let all: Vec<Critical> = values.iter().enumerate().map(|(n, &(p, birth))| dot(n, p.max(1e-9), birth)).collect();
+            let numbered_dots = values.iter().enumerate();
+            let all: Vec<Critical> = numbered_dots.map(|(n, &(p, birth))| dot(n, p.max(1e-9), birth)).collect();
             let [k, l] = [k, l].map(|rank| NonZeroU32::new(rank).expect("from 1"));
             let mut there: Vec<bool> = (0..all.len()).map(|number| number % 3 != 0).collect();
             let now = |there: &[bool]| -> Vec<Critical> {
                 all.iter().zip(there).filter(|(_, there)| **there).map(|(dot, _)| *dot).collect()
             };
             let named = |dots: Vec<Critical>| dots.into_iter().map(|dot| (dot, numbered(&dot)));
-            let mut diagram = Diagram::with_tall(named(now(&there)), at_first);
+            let mut diagram = Diagram::with_sorted(named(now(&there)), at_first);
             for step in steps {
                 let (mut removed, mut added) = (Vec::new(), Vec::new());
-                let turned: std::collections::BTreeSet<usize> = step.iter().map(|index| index.index(all.len())).collect();
+                let turned: BTreeSet<usize> = step.iter().map(|index| index.index(all.len())).collect();
                 for number in turned {
                     let list = if there[number] { &mut removed } else { &mut added };
                     list.push(numbered(&all[number]));

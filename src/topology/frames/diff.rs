@@ -1,9 +1,11 @@
-//! What a consumer holds of a stream, and the smallest change that brings it up to date.
+//! Snapshots of a view, and the smallest change between two of them.
 //!
-//! In: two [`Snapshot`]s of one stream. Out: a [`Diff`]. The contract, as an equation: `old.apply(&old.diff(&new)) == new`. Invariants:
-//! all lists are sorted and without repetitions; equal snapshots have an empty diff; nothing stands in a diff that did not
-//! change; the checksum of a snapshot is the sum of its elements' hashes, so that it can be kept by differences too. Must not
-//! know: formats, how snapshots came about.
+//! In: two [`Snapshot`]s of one stream.
+//! Out: a [`Diff`]. The contract as an equation: `old.apply(&old.diff(&new)) == new`.
+//! Invariants: all lists are sorted and without repetitions. Equal snapshots have an empty diff. A diff contains
+//! nothing that did not change. The checksum of a snapshot is the sum of its elements' hashes, so it can be updated by
+//! diffs as well.
+//! Must not know: formats, how snapshots are made.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -13,7 +15,7 @@ use thiserror::Error;
 use crate::topology::cloud::{Position, Vertex, VertexId};
 use crate::topology::skeleton::{Critical, EdgeId, Simplified, Skeleton, View};
 
-/// A view of a frame by ids: all that a consumer has to hold.
+/// A view of a frame by ids: the whole state of a consumer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
     /// All vertices of the cloud, by id.
@@ -24,7 +26,7 @@ pub struct Snapshot {
     pub critical: Vec<Critical>,
 }
 
-/// What turns one snapshot into another.
+/// The change from one snapshot to another.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Diff {
     /// Vertices that are new, by id.
@@ -39,20 +41,21 @@ pub struct Diff {
     pub critical_set: Vec<Critical>,
     /// Critical edges that are gone, in order.
     pub critical_removed: Vec<EdgeId>,
-    /// Critical edges that are gone or have a new label, as they were, in order. [`Snapshot::apply`] does not need them; merging diffs does.
+    /// Critical edges that are gone or have a new label, as they were, in order. Not needed by [`Snapshot::apply`], but
+    /// by merging.
     pub critical_before: Vec<Critical>,
 }
 
 /// Why a diff does not fit a snapshot: it starts from another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum ApplyError {
-    /// A vertex to remove is not there, or one to add is.
+    /// A vertex to remove is missing, or one to add is there.
     #[error("the diff does not start from this snapshot: vertex {} is {}", .0.0, there(*.1))]
     Vertex(VertexId, Presence),
-    /// A tree edge to remove is not there, or one to add is.
+    /// A tree edge to remove is missing, or one to add is there.
     #[error("the diff does not start from this snapshot: tree edge {}-{} is {}", .0[0].0, .0[1].0, there(*.1))]
     Tree(EdgeId, Presence),
-    /// A critical edge to remove is not there.
+    /// A critical edge to remove is missing.
     #[error("the diff does not start from this snapshot: critical edge {}-{} is {}", .0[0].0, .0[1].0, there(*.1))]
     Critical(EdgeId, Presence),
 }
@@ -60,9 +63,9 @@ pub enum ApplyError {
 /// How an element of a snapshot contradicts a diff.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {
-    /// It is there, and should not be.
+    /// It is there and should not be.
     There,
-    /// It is not there, and should be.
+    /// It is missing and should be there.
     Missing,
 }
 
@@ -73,7 +76,7 @@ fn there(presence: Presence) -> &'static str {
     }
 }
 
-/// Proves that a mirror equals its original: the sum, modulo 2^64, of a hash of each element.
+/// Lets a consumer verify that its mirror equals the original: the sum, modulo 2^64, of a hash of each element.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Checksum(pub u64);
 
@@ -84,7 +87,7 @@ impl fmt::Display for Checksum {
 }
 
 impl Snapshot {
-    /// What a consumer of `view` holds.
+    /// The state of a consumer of `view`.
     pub fn new(skeleton: &Skeleton, view: &View) -> Self {
         let dots = view.critical.iter().map(|&index| &skeleton.dots()[index as usize]);
         let mut critical: Vec<Critical> = dots.map(|dot| skeleton.critical(dot)).collect();
@@ -93,7 +96,7 @@ impl Snapshot {
         Self { vertices: skeleton.vertices().to_vec(), tree, critical }
     }
 
-    /// What turns this snapshot into `new`.
+    /// The diff that leads from this snapshot to `new`.
     pub fn diff(&self, new: &Snapshot) -> Diff {
         let mut diff = Diff::default();
         merge(
@@ -103,7 +106,7 @@ impl Snapshot {
             |change| match change {
                 (Some(old), None) => diff.vertices_removed.push(old.id),
                 (None, Some(new)) => diff.vertices_added.push(*new),
-                // Only a simplified view's vertices move.
+                // Vertices move in simplified views only.
                 (Some(old), Some(new)) if old != new => {
                     diff.vertices_removed.push(old.id);
                     diff.vertices_added.push(*new);
@@ -141,7 +144,8 @@ impl Snapshot {
         diff
     }
 
-    /// What a consumer of a simplified view holds: its vertices have the smallest of the ids that they stand for, and all its edges are tree edges.
+    /// The state of a consumer of a simplified view. Each vertex has the smallest id of those merged into it, and all
+    /// edges are tree edges.
     pub fn of_simplified(skeleton: &Skeleton, simplified: &Simplified) -> Self {
         let mut ids = vec![VertexId(u64::MAX); simplified.positions.len()];
         for (vertex, &image) in skeleton.vertices().iter().zip(&simplified.image) {
@@ -175,7 +179,7 @@ impl Snapshot {
         })
     }
 
-    /// Proves equality: see [`Checksum`].
+    /// The sum of the hashes of all elements.
     pub fn checksum(&self) -> Checksum {
         let mut checksum = Checksum::default();
         self.vertices.iter().for_each(|vertex| checksum.add_vertex(vertex));
@@ -186,32 +190,32 @@ impl Snapshot {
 }
 
 impl Checksum {
-    /// Counts a vertex in.
+    /// Adds a vertex.
     pub fn add_vertex(&mut self, vertex: &Vertex) {
         self.0 = self.0.wrapping_add(hash_of_vertex(vertex));
     }
 
-    /// Counts a vertex out.
+    /// Removes a vertex.
     pub fn remove_vertex(&mut self, vertex: &Vertex) {
         self.0 = self.0.wrapping_sub(hash_of_vertex(vertex));
     }
 
-    /// Counts a tree edge in.
+    /// Adds a tree edge.
     pub fn add_tree(&mut self, edge: &EdgeId) {
         self.0 = self.0.wrapping_add(hash_of_tree(edge));
     }
 
-    /// Counts a tree edge out.
+    /// Removes a tree edge.
     pub fn remove_tree(&mut self, edge: &EdgeId) {
         self.0 = self.0.wrapping_sub(hash_of_tree(edge));
     }
 
-    /// Counts a critical edge in.
+    /// Adds a critical edge.
     pub fn add_critical(&mut self, critical: &Critical) {
         self.0 = self.0.wrapping_add(hash_of_critical(critical));
     }
 
-    /// Counts a critical edge out.
+    /// Removes a critical edge.
     pub fn remove_critical(&mut self, critical: &Critical) {
         self.0 = self.0.wrapping_sub(hash_of_critical(critical));
     }
@@ -238,7 +242,8 @@ impl Diff {
     }
 }
 
-/// Walks two sorted lists in step: elements of one alone, or of both by equal keys.
+/// Merges two sorted lists: calls `visit` for each element that is in one list only, and for both elements of equal
+/// keys.
 fn merge<T, K: Ord>(old: &[T], new: &[T], key: impl Fn(&T) -> K, mut visit: impl FnMut((Option<&T>, Option<&T>))) {
     let (mut old, mut new) = (old.iter().peekable(), new.iter().peekable());
     loop {
@@ -256,7 +261,7 @@ fn merge<T, K: Ord>(old: &[T], new: &[T], key: impl Fn(&T) -> K, mut visit: impl
     }
 }
 
-/// Removes and adds by key; `replaces` says whether adding to a key that is there replaces its element.
+/// Removes and adds by key. If `replaces` is true, an added element may replace one of the same key.
 fn patch<T: Copy, K: Ord + Copy>(
     old: &[T],
     removed: &[K],
@@ -309,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn a_diff_leads_from_one_to_the_other() {
+    fn a_diff_leads_from_one_snapshot_to_the_other() {
         let old = snapshot(&[1, 2, 3], &[[1, 2], [2, 3]], &[(1, 3, 5.0)]);
         let new = snapshot(&[2, 3, 4], &[[2, 3], [3, 4]], &[(2, 4, 6.0)]);
         let diff = old.diff(&new);
@@ -337,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn a_diff_from_elsewhere_is_refused_by_name() {
+    fn a_diff_from_another_snapshot_is_refused() {
         let old = snapshot(&[1, 2], &[[1, 2]], &[]);
         let missing = Diff { vertices_removed: vec![VertexId(7)], ..Diff::default() };
         assert_eq!(old.apply(&missing), Err(ApplyError::Vertex(VertexId(7), Presence::Missing)));
@@ -346,7 +351,7 @@ mod tests {
         assert_eq!(error.to_string(), "the diff does not start from this snapshot: tree edge 1-2 is there already");
     }
 
-    /// The README defines the checksum: these values are part of the interface.
+    /// The checksum is part of the interface: these values must not change.
     #[test]
     fn checksums_are_frozen() {
         assert_eq!(snapshot(&[1], &[], &[]).checksum().to_string(), "c5178fb7f54c40d9");

@@ -1,10 +1,14 @@
-//! A view that is followed from frame to frame, at the cost of what changes in it.
+//! A follower: a view that is updated from frame to frame, at the cost of what changes in it.
 //!
-//! In: the [`Change`] of a frame, and the skeleton as it is held now. Out: a [`Step`]: the [`Diff`] of the view, its checksum and counts. A view
-//! shows tree edges up to some scale and dots by a rule; both are told of one edge or dot alone, given the scales that the gaps
-//! choose. So a change is filtered; only when those scales move, edges and dots between the old ones and the new ones are looked for besides.
-//! Invariants: steps give what [`Snapshot::diff`](super::diff::Snapshot::diff) gives for the views of the whole skeletons; a follower that has missed a
-//! frame gets all of the view as new. Must not know: how skeletons are found, formats.
+//! In: the [`Change`] of a frame, and the current skeleton.
+//! Out: a [`Step`]: the [`Diff`] of the view, its checksum and counts.
+//! Invariants: steps equal what [`Snapshot::diff`](super::diff::Snapshot::diff) gives for the views of whole skeletons.
+//! A follower that missed a frame gets the whole view as new.
+//! Must not know: how skeletons are found, formats.
+//!
+//! A view shows tree edges up to a scale, and dots by a rule ([`ViewRule`]). Given the scales that the gaps select,
+//! both are decided for each edge or dot alone, so a change is filtered. Only if these scales move, the edges and dots
+//! between the old and the new scales are looked up as well.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -19,7 +23,7 @@ use crate::topology::skeleton::{Critical, EdgeId, TreeEdgeId, ViewSpec};
 #[derive(Clone, Debug)]
 pub struct Follower {
     spec: ViewSpec,
-    /// The frame it has been brought to; 0 for none.
+    /// The frame that it was updated to; 0 for none.
     frame: u64,
     rule: ViewRule,
     edges: usize,
@@ -29,7 +33,7 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// Has seen nothing yet.
+    /// A follower of a view, at no frame yet.
     pub fn new(spec: ViewSpec) -> Self {
         Self {
             spec,
@@ -41,32 +45,33 @@ impl Follower {
         }
     }
 
-    /// What it follows.
+    /// The view that it follows.
     pub fn spec(&self) -> ViewSpec {
         self.spec
     }
 
-    /// Number of the frame it has been brought to; 0 for none.
+    /// The number of the frame that it was updated to; 0 for none.
     pub fn frame(&self) -> u64 {
         self.frame
     }
 
-    /// Number of tree edges that it shows.
+    /// The number of tree edges in the view.
     pub fn edges(&self) -> usize {
         self.edges
     }
 
-    /// Number of independent cycles that it shows.
+    /// The number of independent cycles in the view.
     pub fn cycles(&self) -> usize {
         self.critical.len()
     }
 
-    /// Proves what it shows.
+    /// The checksum of the view.
     pub fn checksum(&self) -> Checksum {
         self.checksum
     }
 
-    /// Brings it to frame `number`. `change` is that of the frame, if it starts from the one that was reached before.
+    /// Updates it to frame `number`. `change` leads from the frame it was updated to before; without it, the whole view
+    /// is new.
     pub(crate) fn advance(&mut self, number: u64, held: &mut impl HeldSkeleton, change: Option<&Change>) -> Step {
         let selection = held.select(self.spec);
         let rule = ViewRule::new(self.spec, selection.as_ref());
@@ -126,7 +131,7 @@ impl Follower {
         diff.tree_removed = up_to(&change.tree_removed, old);
         diff.tree_added = up_to(&change.tree_added, limit);
         if limit != old {
-            // Edges that stay in the tree, but come into view or go out of it.
+            // Edges that stay in the tree, but enter or leave the view.
             let new: HashSet<EdgeId> = change.tree_added.iter().map(|edge| edge.edge).collect();
             let moved = held.tree_between(Some(old.min(limit)), old.max(limit)).into_iter().map(|edge| edge.edge);
             let moved = moved.filter(|edge| !new.contains(edge));
@@ -159,7 +164,7 @@ impl Follower {
         added.into_values().for_each(|dot| self.show_dot(dot, diff));
     }
 
-    /// Shows these dots and no others.
+    /// Replaces the dots of the view by these.
     fn show_dots(&mut self, mut dots: Vec<Critical>, diff: &mut Diff) {
         dots.sort_unstable_by_key(|dot| dot.edge);
         let stays = |edge: &EdgeId| dots.binary_search_by_key(edge, |dot| dot.edge).is_ok();

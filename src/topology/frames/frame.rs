@@ -1,17 +1,19 @@
 //! A closed frame as a whole.
 //!
-//! In: nothing. Out: the type that a pipeline gives. Must not know: how skeletons are found.
+//! In: nothing.
+//! Out: the type that a pipeline gives.
+//! Must not know: how skeletons are found.
 
 use crate::topology::skeleton::{Skeleton, View, ViewSpec};
 
 /// One closed frame.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// Counts commits, from 1.
+    /// The number of the commit, from 1.
     pub number: u64,
     /// The time given at its commit.
     pub time: Option<f64>,
-    /// Points in the window, duplicates among them.
+    /// The number of points in the window, including duplicates.
     pub points: u64,
     /// The skeleton of the cloud.
     pub skeleton: Skeleton,

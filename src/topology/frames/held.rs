@@ -1,21 +1,23 @@
-//! What a follower asks of the skeleton that is held between frames.
+//! The queries of a follower to the skeleton that is stored between frames.
 //!
-//! In: nothing. Out: the trait that every way to hold a skeleton implements. Invariant: all implementations give the same answers. Must not know: where
-//! skeletons come from.
+//! In: nothing.
+//! Out: a trait, which each representation of a skeleton implements.
+//! Invariant: all implementations give the same answers.
+//! Must not know: where skeletons come from.
 
 use crate::topology::cloud::Vertex;
 use crate::topology::skeleton::{Critical, Selection, TreeEdgeId, ViewSpec};
 
-/// A skeleton as it is held now, asked for parts of it.
+/// The current skeleton, in any representation.
 pub trait HeldSkeleton {
-    /// Number of vertices.
+    /// The number of vertices.
     fn vertex_count(&self) -> usize;
     /// All vertices, by id.
     fn vertices(&self) -> Vec<Vertex>;
-    /// Tree edges that enter after one scale and not after another one, in no order; all up to the second, if there is no first.
+    /// Tree edges that enter after `low` and not after `high`, in no order. Without `low`: all up to `high`.
     fn tree_between(&self, low: Option<f64>, high: f64) -> Vec<TreeEdgeId>;
     /// Dots of at least this persistence, in no order.
     fn dots_down_to(&self, persistence: f64) -> Vec<Critical>;
-    /// What gaps select.
+    /// The selection by gaps, for a derived view.
     fn select(&mut self, spec: ViewSpec) -> Option<Selection>;
 }

@@ -1,8 +1,9 @@
-//! Several diffs as one: from where the first starts to where the last leads.
+//! Merging several diffs into one: from where the first starts to where the last leads.
 //!
-//! In: [`Diff`]s of one view, each from where the one before leads. Out: one [`Diff`]. The contract, as an equation: the merged diff of a run of snapshots is
-//! `first.diff(&last)`. (But a vertex of a simplified view that moved and moved back is still told of: diffs do not say where it was.) Must not know: why
-//! diffs are merged.
+//! In: [`Diff`]s of one view, each of which starts where the one before leads.
+//! Out: one [`Diff`]. The contract as an equation: for a run of snapshots it is `first.diff(&last)`. One exception: a
+//! vertex of a simplified view that moved and moved back is in it, since diffs do not say where it was.
+//! Must not know: why diffs are merged.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +12,7 @@ use crate::topology::cloud::VertexId;
 use crate::topology::skeleton::{Critical, EdgeId};
 
 impl Diff {
-    /// The change that a run of changes makes together.
+    /// The merged diff of a run of diffs.
     pub fn merged<'a>(run: impl IntoIterator<Item = &'a Diff>) -> Diff {
         let mut vertices = Elements::<VertexId, _>::default();
         let mut tree = Elements::<EdgeId, _>::default();
@@ -25,7 +26,7 @@ impl Diff {
         }
         let mut merged = Diff::default();
         for (id, element) in vertices.0 {
-            // One that was there and is there has moved: else nobody would have touched it.
+            // A vertex that was there and is there has moved, else no diff would contain it.
             merged.vertices_removed.extend(element.was_there.then_some(id));
             merged.vertices_added.extend(element.is);
         }
@@ -51,13 +52,13 @@ impl Diff {
     }
 }
 
-/// Elements that some diff of the run adds or removes.
+/// The elements that some diff of the run adds or removes.
 struct Elements<K, T>(BTreeMap<K, Element<T>>);
 
 struct Element<T> {
     /// Before the run.
     was_there: bool,
-    /// After what was taken in of it.
+    /// After the diffs so far.
     is: Option<T>,
 }
 
@@ -77,7 +78,7 @@ impl<K: Ord, T> Elements<K, T> {
     }
 }
 
-/// A critical edge before the run, and after what was taken in of it.
+/// A critical edge before the run and after the diffs so far.
 #[derive(Default)]
 struct Labels {
     was: Option<Critical>,

@@ -1,4 +1,8 @@
 //! From one frame to the next: what changed in the skeleton, and what that changes in a view.
+//!
+//! In: skeletons, or changes of one that is stored elsewhere ([`HeldSkeleton`]).
+//! Out: steps with diffs and checksums.
+//! Must not know: triangulations, how skeletons are found, formats.
 
 mod change;
 mod diagram;

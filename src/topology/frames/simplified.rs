@@ -1,9 +1,12 @@
-//! A simplified view that is followed from frame to frame.
+//! A follower of a simplified view.
 //!
-//! In: whole frames. Out: [`Step`]s. Invariants: steps lead from one simplified view to the next, as [`Snapshot`]s of them say; a vertex has the smallest id of those that it stands for.
+//! In: whole frames.
+//! Out: [`Step`]s.
+//! Invariants: steps lead from one simplified view to the next, as their [`Snapshot`]s do. A vertex has the smallest id
+//! of those merged into it.
 //! Must not know: how skeletons are found.
 //!
-//! Unlike other views this one is computed anew for each frame: a collapse can change all later ones.
+//! Unlike other views it is computed again for each frame, since one collapse can change all later ones.
 
 use super::diff::{Diff, Snapshot};
 use super::frame::Frame;
@@ -20,17 +23,18 @@ pub struct SimplifiedFollower {
 }
 
 impl SimplifiedFollower {
-    /// Has seen nothing yet. Edges of half-length below the threshold are collapsed; below the view's own scale (alpha, or vs), if none is given.
+    /// A follower at no frame yet. Edges of half-length below the threshold are collapsed. The default threshold is the
+    /// view's own scale (alpha or vs).
     pub fn new(spec: ViewSpec, threshold: Option<f64>) -> Self {
         Self { spec, threshold, frame: 0, held: Snapshot::default() }
     }
 
-    /// Number of the frame it has been brought to; 0 for none.
+    /// The number of the frame that it was updated to; 0 for none.
     pub fn frame(&self) -> u64 {
         self.frame
     }
 
-    /// Brings it to a frame.
+    /// Updates it to a frame.
     pub(crate) fn advance(&mut self, frame: &Frame) -> Step {
         let view = frame.view(self.spec);
         let threshold = self.threshold.unwrap_or_else(|| view.scale());

@@ -1,33 +1,35 @@
-//! A step: what has changed in a view from one frame to another.
+//! A step: what changed in a view between two frames.
 //!
-//! In: nothing. Out: the type that followers give. Must not know: how changes are found, formats.
+//! In: nothing.
+//! Out: the type that followers give.
+//! Must not know: how changes are found, formats.
 
 use super::diff::{Checksum, Diff};
 use crate::topology::skeleton::{Selection, ViewSpec};
 
-/// What has changed in a view, from one frame to another.
+/// The change of a view between two frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// Number of the frame it leads to.
+    /// The number of the frame it leads to.
     pub number: u64,
-    /// Number of the frame it starts from; 0: from nothing.
+    /// The number of the frame it starts from; 0 for the empty view.
     pub from: u64,
     /// The time given at the frame's commit.
     pub time: Option<f64>,
-    /// Points in the window, duplicates among them.
+    /// The number of points in the window, including duplicates.
     pub points: u64,
-    /// Distinct positions.
+    /// The number of distinct positions.
     pub vertices: usize,
-    /// What is shown.
+    /// The view.
     pub spec: ViewSpec,
-    /// What the gaps selected, in a derived view.
+    /// The selection by gaps, in a derived view.
     pub selection: Option<Selection>,
-    /// Number of connected components shown, lone vertices among them.
+    /// The number of connected components of the view, including single vertices.
     pub components: usize,
-    /// Number of independent cycles shown.
+    /// The number of independent cycles of the view.
     pub cycles: usize,
     /// The change.
     pub diff: Diff,
-    /// Proves the view that it leads to.
+    /// The checksum of the view that it leads to.
     pub checksum: Checksum,
 }

@@ -1,20 +1,22 @@
-//! Which dots and edges a view shows, as a rule for one edge or dot alone.
+//! The rule of a view, applied to one edge or dot at a time.
 //!
-//! In: a [`ViewSpec`], and the scales that its gaps choose. Out: yes or no for an edge or a dot. Invariant: what it shows is what
-//! [`View`](crate::topology::View) shows. Must not know: frames.
+//! In: a [`ViewSpec`], and the scales that its gaps select.
+//! Out: whether the view shows an edge or a dot.
+//! Invariant: it shows what [`View`](crate::topology::View) shows.
+//! Must not know: frames.
 
 use crate::topology::skeleton::{Critical, Selection, ViewSpec, up_to};
 
-/// Which dots and edges a view shows.
+/// Decides which dots and edges a view shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewRule {
-    /// Edges enter up to this scale.
+    /// The largest scale of its edges.
     pub limit: f64,
-    /// Dots are at least as persistent.
+    /// The least persistence of its dots.
     pub least: f64,
-    /// Dots are born no later.
+    /// The latest birth of its dots.
     latest_birth: f64,
-    /// Dots die after this.
+    /// Its dots die after this scale.
     alive_at: f64,
 }
 
@@ -27,7 +29,7 @@ impl ViewRule {
         alive_at: f64::INFINITY,
     };
 
-    /// That of a view, given what the gaps select.
+    /// The rule of a view, given its selection by gaps.
     pub fn new(spec: ViewSpec, selection: Option<&Selection>) -> Self {
         let all = Self { limit: f64::INFINITY, least: 0.0, latest_birth: f64::INFINITY, alive_at: f64::NEG_INFINITY };
         match (spec, selection) {
@@ -46,7 +48,7 @@ impl ViewRule {
         dot.death - dot.birth >= self.least && dot.birth <= self.latest_birth && dot.death > self.alive_at
     }
 
-    /// Whether it shows the same dots as another one.
+    /// Whether it shows the same dots as another rule.
     pub fn same_dots(&self, other: &Self) -> bool {
         Self { limit: other.limit, ..*self } == *other
     }

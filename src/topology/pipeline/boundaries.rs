@@ -1,6 +1,9 @@
 //! The boundaries of the holes of a frame's dots, by places in its skeleton.
 //!
-//! In: dots of the newest frame that was given. Out: closed walks. Invariant: dots of another frame have none. Must not know: tracks.
+//! In: dots of the newest frame that was given.
+//! Out: closed walks.
+//! Invariant: dots of another frame have none.
+//! Must not know: tracks.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -12,11 +15,14 @@ use crate::topology::plane::holes::boundary;
 use crate::topology::skeleton::Dot;
 
 impl Pipeline {
-    /// The boundaries, at birth, of the holes of some dots of the newest frame that was given, as closed walks along edges of the alpha complex at that scale.
+    /// The boundaries at birth of the holes of some dots of the newest frame that was given: closed walks along edges
+    /// of the alpha complex at that scale.
     ///
-    /// A walk is given as places in [`Skeleton::vertices`], without its first vertex at the end. The first walk is the outer one and runs
-    /// counter-clockwise; the others run clockwise around islands in the hole. A walk begins at its smallest vertex by position; it passes a vertex more than
-    /// once where the boundary touches itself. Takes linear time once, and then time in proportion to the holes. Dots of another frame have no walks.
+    /// A walk is a list of places in [`Skeleton::vertices`](crate::topology::Skeleton::vertices), without its first
+    /// vertex at the end. The first walk is the outer one and runs counter-clockwise; the others run clockwise around
+    /// islands in the hole. A walk begins at its smallest vertex by position. It passes a vertex more than once where
+    /// the boundary touches itself. Takes linear time once, then time in proportion to the holes. Dots of another frame
+    /// have no walks.
     pub fn hole_boundaries(&self, dots: &[Dot]) -> Vec<Vec<Vec<u32>>> {
         let is_newest = |frame: &&Arc<Frame>| frame.number == self.reached && self.reached == self.committed;
         let Some(frame) = self.newest.as_ref().filter(is_newest) else {

@@ -1,7 +1,9 @@
-//! Comparing what a pipeline holds with what it should hold.
+//! Verification of a pipeline against recomputation from scratch.
 //!
-//! In: a pipeline. Out: the first difference from one pass over its cloud, in words. Invariant: nothing held is changed but by reaching the newest frame. Must not know:
-//! formats.
+//! In: a pipeline.
+//! Out: the first difference, in words.
+//! Invariant: the pipeline computes its newest frame, and does not change otherwise.
+//! Must not know: formats.
 
 use thiserror::Error;
 
@@ -13,21 +15,20 @@ use crate::topology::plane::delaunay::Delaunay;
 use crate::topology::plane::filtration::Filtration;
 use crate::topology::skeleton::{Skeleton, View};
 
-/// What is held of a frame is not what its cloud gives: a fault of this library.
+/// A frame differs from one pass over its cloud: a bug of this library.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("frame {frame} contradicts recomputation from scratch: {what}; please report it with the input")]
 pub struct Contradiction {
-    /// The frame.
+    /// The number of the frame.
     pub frame: u64,
     /// What differs.
     pub what: String,
 }
 
 impl Pipeline {
-    /// Compares what is held of the newest frame with what one pass over its cloud gives, and a follower of it with the view of that.
+    /// Compares the newest frame with one pass over its cloud, and a follower with the view of that.
     ///
-    /// # Errors
-    /// [`Contradiction`]: the first difference.
+    /// # Errors [`Contradiction`]: the first difference.
     pub fn check(&mut self, follower: &Follower) -> Result<(), Contradiction> {
         self.reach();
         let mut delaunay = Delaunay::default();
@@ -49,7 +50,7 @@ impl Pipeline {
         Ok(())
     }
 
-    /// Panics when the engine contradicts itself. For tests.
+    /// Panics when the pipeline is inconsistent. For tests.
     #[doc(hidden)]
     pub fn check_invariants(&self) {
         self.cloud.check_invariants();

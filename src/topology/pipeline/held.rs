@@ -1,7 +1,9 @@
-//! A skeleton as it is held between frames: as a whole after one pass, in tiles after steps. Both answer what followers ask.
+//! The two representations of the current skeleton: whole after one pass, in tiles after steps.
 //!
-//! In: a [`Skeleton`], or [`Tiles`] with the [`Diagram`] of their dots. Out: what [`HeldSkeleton`] promises. Invariants: both give the same answers. Must not
-//! know: which frames there were before.
+//! In: a [`Skeleton`], or [`Tiles`] with the [`Diagram`] of their dots.
+//! Out: the answers of [`HeldSkeleton`] and [`DetectionSource`].
+//! Invariant: both give the same answers.
+//! Must not know: earlier frames.
 
 use super::holes::hole;
 use super::tiled;
@@ -10,9 +12,9 @@ use crate::topology::frames::{Diagram, HeldSkeleton, NamedDot};
 use crate::topology::plane::elements::TileDot;
 use crate::topology::plane::tiles::Tiles;
 use crate::topology::skeleton::{Critical, Dot, Selection, Skeleton, TreeEdgeId, ViewSpec, select};
-use crate::topology::tracks::{Sighting, SightingSource, in_order};
+use crate::topology::tracks::{Detection, DetectionSource, in_order};
 
-/// Held as a whole.
+/// A whole skeleton.
 pub struct WholeSkeleton<'a> {
     /// The cloud as of the skeleton's frame.
     pub cloud: &'a Cloud,
@@ -21,16 +23,16 @@ pub struct WholeSkeleton<'a> {
 }
 
 impl WholeSkeleton<'_> {
-    /// By slots; takes time in proportion to the cloud.
-    fn sight(&self, dots: &[&Dot]) -> Vec<Sighting> {
+    /// Detections of dots. Takes time in proportion to the cloud.
+    fn detect(&self, dots: &[&Dot]) -> Vec<Detection> {
         // Both lists are by id.
         let slots: Vec<Slot> = self.cloud.vertices().map(|(slot, _)| slot).collect();
         let slot = |vertex: u32| slots[vertex as usize];
-        let sighting = |dot: &&Dot| {
+        let detection = |dot: &&Dot| {
             let critical = self.skeleton.critical(dot);
-            Sighting::new(self.cloud, critical, dot.edge.map(slot), dot.triangle.map(slot), self.skeleton.hole(dot))
+            Detection::new(self.cloud, critical, dot.edge.map(slot), dot.triangle.map(slot), self.skeleton.hole(dot))
         };
-        dots.iter().map(sighting).collect()
+        dots.iter().map(detection).collect()
     }
 }
 
@@ -50,7 +52,7 @@ impl HeldSkeleton for WholeSkeleton<'_> {
     }
 
     fn dots_down_to(&self, persistence: f64) -> Vec<Critical> {
-        let found = self.skeleton.found().iter().filter(|dot| dot.persistence() >= persistence);
+        let found = self.skeleton.unsorted_dots().iter().filter(|dot| dot.persistence() >= persistence);
         found.map(|dot| self.skeleton.critical(dot)).collect()
     }
 
@@ -62,28 +64,29 @@ impl HeldSkeleton for WholeSkeleton<'_> {
     }
 }
 
-impl SightingSource for WholeSkeleton<'_> {
-    fn sightings(&mut self, most: usize, least: f64) -> Vec<Sighting> {
-        let mut dots: Vec<&Dot> = self.skeleton.found().iter().filter(|dot| dot.persistence() >= least).collect();
+impl DetectionSource for WholeSkeleton<'_> {
+    fn detections(&mut self, most: usize, least: f64) -> Vec<Detection> {
+        let mut dots: Vec<&Dot> =
+            self.skeleton.unsorted_dots().iter().filter(|dot| dot.persistence() >= least).collect();
         if (1..dots.len()).contains(&most) {
             let by_persistence = |a: &&Dot, b: &&Dot| b.persistence().total_cmp(&a.persistence());
             let (_, last, _) = dots.select_nth_unstable_by(most - 1, by_persistence);
             let least = last.persistence();
             dots.retain(|dot| dot.persistence() >= least);
         }
-        let mut sightings = self.sight(if most == 0 { &[] } else { &dots });
-        in_order(&mut sightings);
-        sightings
+        let mut detections = self.detect(if most == 0 { &[] } else { &dots });
+        in_order(&mut detections);
+        detections
     }
 }
 
-/// Held in tiles.
+/// A skeleton in tiles.
 pub struct TiledSkeleton<'a> {
-    /// Names the tiles' slots.
+    /// Gives the ids of slots.
     pub cloud: &'a Cloud,
     /// The skeleton.
     pub tiles: &'a Tiles,
-    /// Its dots, once gaps were asked for.
+    /// The diagram of its dots, once gaps were asked for.
     pub diagram: &'a mut Option<Diagram<TileDot>>,
 }
 
@@ -96,7 +99,7 @@ impl TiledSkeleton<'_> {
         self.tiles.dots().map(|dot| (tiled::critical(self.cloud, dot), *dot))
     }
 
-    /// Asks the diagram, which is made first if nobody has asked before.
+    /// Asks the diagram, which is made at the first call.
     fn with_diagram<T>(&mut self, ask: impl Fn(&mut Diagram<TileDot>, &Self) -> T) -> T {
         let mut diagram = self.diagram.take().unwrap_or_else(|| Diagram::new(self.named_dots()));
         let answer = ask(&mut diagram, self);
@@ -122,7 +125,7 @@ impl HeldSkeleton for TiledSkeleton<'_> {
 
     fn dots_down_to(&self, persistence: f64) -> Vec<Critical> {
         match &*self.diagram {
-            Some(diagram) if diagram.is_tall(persistence) => diagram.down_to(persistence).copied().collect(),
+            Some(diagram) if diagram.is_sorted(persistence) => diagram.down_to(persistence).copied().collect(),
             _ => self.dots().filter(|dot| dot.death - dot.birth >= persistence).collect(),
         }
     }
@@ -133,15 +136,15 @@ impl HeldSkeleton for TiledSkeleton<'_> {
     }
 }
 
-impl SightingSource for TiledSkeleton<'_> {
-    fn sightings(&mut self, most: usize, least: f64) -> Vec<Sighting> {
+impl DetectionSource for TiledSkeleton<'_> {
+    fn detections(&mut self, most: usize, least: f64) -> Vec<Detection> {
         let named = self
             .with_diagram(|diagram, held| diagram.first(most, least, held.tiles.largest_death(), || held.named_dots()));
-        let sighting = |(critical, dot): NamedDot<TileDot>| {
-            Sighting::new(self.cloud, critical, dot.edge, dot.triangle, hole(self.cloud, dot.triangle, dot.death))
+        let detection = |(critical, dot): NamedDot<TileDot>| {
+            Detection::new(self.cloud, critical, dot.edge, dot.triangle, hole(self.cloud, dot.triangle, dot.death))
         };
-        let mut sightings: Vec<Sighting> = named.into_iter().map(sighting).collect();
-        in_order(&mut sightings);
-        sightings
+        let mut detections: Vec<Detection> = named.into_iter().map(detection).collect();
+        in_order(&mut detections);
+        detections
     }
 }

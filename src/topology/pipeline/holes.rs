@@ -1,14 +1,16 @@
-//! What is planar of a dot's hole, handed to the rooms that know no plane.
+//! The planar part of holes, for the rooms that do not know the plane.
 //!
-//! In: dots and sightings, the triangulation. Out: holes with their centres, boundaries and regions. Invariant: a hole's centre is the circumcentre of the triangle that names the death. Must
-//! not know: views, events.
+//! In: dots and detections, the triangulation.
+//! Out: holes with their centres, and regions.
+//! Invariant: the centre of a hole is the circumcentre of the triangle that names the death.
+//! Must not know: views, events.
 
 use crate::topology::cloud::{Cloud, Slot};
 use crate::topology::plane::delaunay::Delaunay;
 use crate::topology::plane::geometry::circumcircle;
 use crate::topology::plane::holes::{Region, RegionCache, boundary};
 use crate::topology::skeleton::{Dot, Hole, Skeleton};
-use crate::topology::tracks::{HoleRegion, Sighting};
+use crate::topology::tracks::{Detection, HoleRegion};
 
 impl Skeleton {
     /// The hole of a dot: circumcentre and circumradius of the triangle whose filling kills it.
@@ -45,18 +47,18 @@ impl HoleRegion for Region {
     }
 }
 
-/// The region of a sighting's hole; found if it is not in the cache.
+/// The region of a detection's hole, from the cache if it is there.
 pub(super) fn cached_region(
     regions: &mut RegionCache,
     cloud: &Cloud,
     delaunay: &Delaunay,
-    sighting: &Sighting,
+    detection: &Detection,
 ) -> Region {
-    regions.get((sighting.triangle, sighting.critical.edge), || find_region(cloud, delaunay, sighting))
+    regions.get((detection.triangle, detection.critical.edge), || find_region(cloud, delaunay, detection))
 }
 
-/// The region of a hole, if it is there.
-fn find_region(cloud: &Cloud, delaunay: &Delaunay, sighting: &Sighting) -> Option<Region> {
-    let walks = boundary(delaunay, sighting.name, sighting.edge)?;
+/// The region of a hole; none if the triangulation has no such dot.
+fn find_region(cloud: &Cloud, delaunay: &Delaunay, detection: &Detection) -> Option<Region> {
+    let walks = boundary(delaunay, detection.name, detection.edge)?;
     Some(Region::new(walks, |slot| cloud.id(slot)))
 }

@@ -1,8 +1,15 @@
-//! A stream's engine: points in, frames out, nothing computed before it is asked for.
+//! The pipeline: the engine of one stream. Points go in, frames come out, and nothing is computed before it is asked
+//! for.
 //!
-//! In: batches and commits. Out: [`Frame`]s as a whole, or [`Step`]s from frame to frame. Invariants: a frame shows the cloud as of its commit; however
-//! often and in whatever views it is asked for, its skeleton is computed once, in one pass or by following what changed, whichever is faster; both
-//! give the same; refused points change nothing. Must not know: threads, clocks, formats.
+//! In: points and commits.
+//! Out: whole [`Frame`]s, or [`Step`]s from frame to frame, rankings and track events.
+//! Invariants: a frame shows the cloud as of its commit. Its skeleton is computed once, however often and in whatever
+//! views it is asked for. It is computed in one pass or by following what changed, whichever is faster; both give the
+//! same. A refused point changes nothing.
+//! Must not know: threads, clocks, formats.
+//!
+//! It joins the rooms below: `plane` finds tree and dots, this room gives them ids and holes, and `skeleton`, `frames`
+//! and `tracks` take them as data.
 
 mod boundaries;
 mod check;
@@ -27,32 +34,32 @@ use super::plane::holes::{Region, RegionCache};
 use super::plane::mesh::Mesh;
 use super::plane::tiles::{LEAF, Tiles, Touched};
 use super::skeleton::Ranking;
-use super::tracks::{self, At, Sightings, TrackId, TrackStep, sight};
+use super::tracks::{self, Detections, FrameStamp, TrackId, TrackStep, detect};
 
 pub use self::check::Contradiction;
 pub use self::stage::Stage;
 
-/// Follows the persistent cycles of one stream.
+/// Tracks the persistent cycles of one stream.
 pub type Tracker = tracks::Tracker<Region>;
 
-/// The share of vertices that a change may touch for tiles to be made, at first.
-const WORTH_TILES: f64 = 0.5;
+/// The largest change, as a share of the vertices, for which tiles are made at first.
+const TILES_SHARE: f64 = 0.5;
 
-/// What a stream keeps of its points.
+/// Which points a stream keeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Which points stay.
+    /// The window.
     pub window: Window,
-    /// Step of the grid that positions snap to, if any; must be positive and finite.
+    /// The step of the grid that positions are snapped to, if any. It must be positive and finite.
     pub resolution: Option<f64>,
 }
 
-/// A stream's engine.
+/// The engine of one stream.
 ///
-/// Methods come in families. `feed_*` change the cloud in hand and answer at once for each point. [`commit`](Self::commit) closes
-/// the frame. [`poll_step`](Self::poll_step) tells a [`Follower`] what has changed in its view, at the cost of what changed;
-/// [`poll_frame`](Self::poll_frame) gives the newest frame as a whole, if it was not given yet. Either computes the frame, once: commits that
-/// nobody polled in between cost no more than their points.
+/// Methods come in families. `feed_*` change the cloud and answer at once for each point. [`commit`](Self::commit)
+/// closes the frame. [`poll_step`](Self::poll_step) gives a [`Follower`] what changed in its view, at the cost of what
+/// changed. [`poll_frame`](Self::poll_frame) gives the newest frame as a whole, if it was not given yet. Each `poll_*`
+/// computes the newest frame if that was not done yet; a frame that is never polled costs no more than its points.
 ///
 /// ```
 /// use hopes::topology::{Options, Pipeline, ViewSpec};
@@ -76,37 +83,37 @@ pub struct Pipeline {
     committed: u64,
     time: Option<f64>,
     points: u64,
-    /// The last frame given as a whole.
+    /// The last frame that was given as a whole.
     newest: Option<Arc<Frame>>,
-    /// Number of the frame whose skeleton is held.
+    /// The number of the frame that was computed last.
     reached: u64,
-    /// That frame as a whole, if it is at hand.
+    /// That frame as a whole, if it is stored so.
     whole: Option<Arc<Frame>>,
-    /// Its skeleton in tiles, if it was reached step by step.
+    /// Its skeleton in tiles, if it was computed step by step.
     tiles: Option<Tiles>,
-    /// Without tiles: the share of vertices that a change may touch for them to be made.
-    worth_tiles: f64,
-    /// What the last change has touched, in memory that is used again.
+    /// Without tiles: the largest change, as a share of the vertices, for which they are made.
+    tiles_share: f64,
+    /// The stars that the last change touched; its memory is reused.
     touched: Touched,
-    /// The persistence diagram of the tiles' dots, once gaps were asked for.
+    /// The diagram of the tiles' dots, once gaps were asked for.
     diagram: Option<Diagram<TileDot>>,
-    /// What turned the frame reached before into this one, if somebody may want to know.
+    /// The change from the frame computed before, if there are followers.
     change: Option<Change>,
     is_followed: bool,
-    /// The triangulation and the basins of the last frame that was computed as a whole; the next one is computed in their memory.
+    /// The mesh and the basins of the last frame that was computed in one pass. The memory of the mesh is reused.
     mesh: Mesh,
     basins: Basins,
-    /// Regions of holes that somebody has asked for in the frame before, as far as they still are what they were.
+    /// Regions of holes that were used in the last frame and have not changed.
     regions: RegionCache,
-    leaf: usize,
-    /// Whether changes are followed in tiles whatever the effort.
-    is_for_tiles_only: bool,
+    leaf_capacity: usize,
+    /// Whether changes are followed in tiles whatever their cost.
+    always_tiles: bool,
     computed: u64,
     stages: StageHook,
 }
 
 impl Pipeline {
-    /// An empty stream.
+    /// A stream without points.
     pub fn new(options: Options) -> Self {
         Self {
             cloud: Cloud::new(options.window, options.resolution),
@@ -118,7 +125,7 @@ impl Pipeline {
             reached: 0,
             whole: None,
             tiles: None,
-            worth_tiles: WORTH_TILES,
+            tiles_share: TILES_SHARE,
             touched: Touched::default(),
             diagram: None,
             change: None,
@@ -126,16 +133,17 @@ impl Pipeline {
             mesh: Mesh::default(),
             basins: Basins::default(),
             regions: RegionCache::default(),
-            leaf: LEAF,
-            is_for_tiles_only: false,
+            leaf_capacity: LEAF,
+            always_tiles: false,
             computed: 0,
             stages: StageHook::default(),
         }
     }
 
-    /// Has a listener called at the begin of each [`Stage`] of every frame that is computed, on the thread that polls the frame. A caller
-    /// with a clock can so split a frame's time into triangulation and reduction. It replaces the listener before; a clone of
-    /// the pipeline reports to the same one. Without a listener nothing is called.
+    /// Sets a listener that is called at the begin of each [`Stage`] of every frame that is computed, on the thread
+    /// that polls the frame. So a caller with a clock can split a frame's time into triangulation and reduction. It
+    /// replaces the listener before. Clones of the pipeline report to the same listener. Without one, nothing is
+    /// called.
     ///
     /// ```
     /// use std::sync::{Arc, Mutex};
@@ -151,56 +159,54 @@ impl Pipeline {
     /// pipeline.commit(None);
     /// pipeline.poll_frame();
     /// let began = began.lock().unwrap();
-    /// let [(Stage::Triangulation, start), (Stage::Reduction, middle), (Stage::Done, end)] = began[..] else { panic!() };
+    /// let [(first, start), (_, middle), (last, end)] = began[..] else { panic!("three stages") };
+    /// assert_eq!((first, last), (Stage::Triangulation, Stage::Done));
     /// println!("triangulation {:?}, reduction {:?}", middle - start, end - middle);
     /// ```
     pub fn set_stage_listener(&mut self, listener: impl Fn(Stage) + Send + Sync + 'static) {
         self.stages = StageHook::new(listener);
     }
 
-    /// Makes room for so many more points at once; less work later, no other effect.
+    /// Makes room for this number of further points. It saves work later and has no other effect.
     pub fn reserve(&mut self, points: usize) {
         self.cloud.reserve(points);
     }
 
-    /// Adds a point with its event time, if it has one, and tells the vertex that it is on.
+    /// Adds a point with its event time, if it has one. Returns the vertex at its position.
     ///
-    /// # Errors
-    /// [`Refusal`]: the point was left out.
+    /// # Errors [`Refusal`]: the point is not in the cloud.
     pub fn feed_point(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<VertexId, Refusal> {
         self.cloud.insert(x, y, time).map(|slot| self.cloud.id(slot))
     }
 
-    /// Adds many points of one event time, and says which were refused: places in `points`, and why.
+    /// Adds points of one event time. Returns the refused ones: places in `points`, and why.
     pub fn feed_points(&mut self, points: &[[f64; 2]], time: Option<f64>) -> Vec<(usize, Refusal)> {
         self.cloud.reserve(points.len());
         let refused = |(index, &[x, y]): (usize, &[f64; 2])| Some((index, self.cloud.insert(x, y, time).err()?));
         points.iter().enumerate().filter_map(refused).collect()
     }
 
-    /// Takes back the oldest point at a position.
+    /// Retracts the oldest point at a position.
     ///
-    /// # Errors
-    /// [`Refusal::NotThere`] above all.
+    /// # Errors [`Refusal`], mostly [`Refusal::NotThere`].
     pub fn feed_retraction(&mut self, x: f64, y: f64) -> Result<(), Refusal> {
         self.cloud.retract(x, y).map(drop)
     }
 
-    /// Takes back many points, and says which were not there: places in `points`, and why.
+    /// Retracts points. Returns the refused ones: places in `points`, and why.
     pub fn feed_retractions(&mut self, points: &[[f64; 2]]) -> Vec<(usize, Refusal)> {
         let refused = |(index, &[x, y]): (usize, &[f64; 2])| Some((index, self.cloud.retract(x, y).err()?));
         points.iter().enumerate().filter_map(refused).collect()
     }
 
-    /// Moves event time forward without a point: what is too old for a time window leaves.
+    /// Moves event time forward without a point. Points before the time window leave.
     ///
-    /// # Errors
-    /// [`Refusal::TimeNotFinite`].
+    /// # Errors [`Refusal::TimeNotFinite`].
     pub fn feed_time(&mut self, time: f64) -> Result<(), Refusal> {
         self.cloud.advance_time(time)
     }
 
-    /// Closes the frame in hand; `time` is what it shall carry. Gives its number.
+    /// Closes the frame with a time. Returns the number of the frame.
     pub fn commit(&mut self, time: Option<f64>) -> u64 {
         self.cloud.commit();
         self.committed += 1;
@@ -209,8 +215,8 @@ impl Pipeline {
         self.committed
     }
 
-    /// The newest committed frame as a whole, unless it was given already. Takes time in proportion to the cloud; those who want to
-    /// know what changed [`follow`](Self::poll_step) it.
+    /// The newest frame as a whole, unless it was given before. Takes time in proportion to the cloud;
+    /// [`poll_step`](Self::poll_step) gives what changed.
     pub fn poll_frame(&mut self) -> Option<Arc<Frame>> {
         let given = self.newest.as_ref().map_or(0, |frame| frame.number);
         (given < self.committed).then(|| {
@@ -221,8 +227,8 @@ impl Pipeline {
         })
     }
 
-    /// What has changed in a view up to the newest committed frame, unless the follower has been told already. After the frame's own
-    /// cost, which is shared by all followers, it takes time in proportion to what it says.
+    /// What changed in a view up to the newest frame, unless the follower is up to date. The computation of the frame
+    /// is shared by all followers; beyond it, this takes time in proportion to the answer.
     pub fn poll_step(&mut self, follower: &mut Follower) -> Option<Step> {
         if follower.frame() >= self.committed {
             return None;
@@ -245,8 +251,8 @@ impl Pipeline {
         Some(step)
     }
 
-    /// What has changed in a simplified view up to the newest committed frame, unless the follower has been told already. Takes time in
-    /// proportion to the cloud: one edge that changes can change how all others collapse.
+    /// What changed in a simplified view up to the newest frame, unless the follower is up to date. Takes time in
+    /// proportion to the cloud, since one changed edge can change how all others collapse.
     pub fn poll_simplified(&mut self, follower: &mut SimplifiedFollower) -> Option<Step> {
         if follower.frame() >= self.committed {
             return None;
@@ -256,7 +262,8 @@ impl Pipeline {
         Some(follower.advance(&frame))
     }
 
-    /// The most persistent dots of the newest committed frame, so many at the most, with their holes. Takes time in proportion to all dots.
+    /// The most persistent dots of the newest frame, at most `most`, with their holes. Takes time in proportion to all
+    /// dots.
     pub fn poll_dots(&mut self, most: usize) -> Ranking {
         self.reach();
         match (&self.tiles, &self.whole) {
@@ -266,71 +273,73 @@ impl Pipeline {
         }
     }
 
-    /// What has happened to a tracker's tracks up to the newest committed frame, unless it has been told already. After the frame's own cost, which is shared, it takes
-    /// time in proportion to the dots that it looks at; tracking the dots of a full or a reduced view looks at all of them.
+    /// The events of a tracker's tracks up to the newest frame, unless the tracker is up to date. The computation of
+    /// the frame is shared; beyond it, this takes time in proportion to the detections. The detections of a full or a
+    /// reduced view are all its dots.
     pub fn poll_tracks(&mut self, tracker: &mut Tracker) -> Option<TrackStep> {
         if tracker.frame() >= self.committed {
             return None;
         }
         self.reach();
-        let sightings = self.sight(tracker);
-        let at = At { number: self.reached, time: self.time };
+        let detections = self.detect(tracker);
+        let at = FrameStamp { number: self.reached, time: self.time };
         let Self { regions, cloud, delaunay, .. } = self;
-        Some(tracker.advance(at, sightings, |sighting| cached_region(regions, cloud, delaunay, sighting)))
+        Some(tracker.advance(at, detections, |detection| cached_region(regions, cloud, delaunay, detection)))
     }
 
-    /// The regions that the holes of a tracker's tracks take up at their births, by id; without those that are not there in the newest frame. Takes time in proportion to
-    /// the regions that something has touched since they were asked for in the frame before, and to all that were not.
+    /// The regions at birth of the holes of a tracker's tracks, by id, without tracks that are not detected in the
+    /// newest frame. Takes time in proportion to the regions that have changed since the last frame, and to those that
+    /// were not asked for in it.
     pub fn track_regions(&mut self, tracker: &Tracker) -> Vec<(TrackId, Region)> {
         if tracker.frame() != self.reached {
             return Vec::new();
         }
         let Self { regions, cloud, delaunay, .. } = self;
-        let mut region = |sighting| cached_region(regions, cloud, delaunay, sighting);
-        tracker.seen().map(|(id, sighting)| (id, region(sighting))).collect()
+        let mut region = |detection| cached_region(regions, cloud, delaunay, detection);
+        tracker.seen().map(|(id, detection)| (id, region(detection))).collect()
     }
 
-    /// What a tracker looks at.
-    fn sight(&mut self, tracker: &Tracker) -> Sightings {
+    /// The detections of a tracker.
+    fn detect(&mut self, tracker: &Tracker) -> Detections {
         match (&self.tiles, &self.whole) {
             (Some(tiles), _) => {
                 let mut held = TiledSkeleton { cloud: &self.cloud, tiles, diagram: &mut self.diagram };
-                sight(tracker.options().rule, tracker.looks_for(), &mut held)
+                detect(tracker.options().rule, tracker.search_bounds(), &mut held)
             }
             (None, Some(frame)) => {
                 let mut held = WholeSkeleton { cloud: &self.cloud, skeleton: &frame.skeleton };
-                sight(tracker.options().rule, tracker.looks_for(), &mut held)
+                detect(tracker.options().rule, tracker.search_bounds(), &mut held)
             }
             (None, None) => unreachable!("a frame that was reached is held"),
         }
     }
 
-    /// The newest frame that was given.
+    /// The newest frame that was given as a whole.
     pub fn newest(&self) -> Option<&Arc<Frame>> {
         self.newest.as_ref()
     }
 
-    /// How many skeletons were computed so far.
+    /// The number of skeletons computed so far.
     pub fn computed(&self) -> u64 {
         self.computed
     }
 
-    /// How many tiles were reduced for the newest frame that was reached; 0 if it was computed in one pass.
+    /// The number of tiles reduced for the last computed frame; 0 after one pass.
     pub fn tiles_reduced(&self) -> usize {
         self.tiles.as_ref().map_or(0, Tiles::reduced)
     }
 
-    /// Number of the newest committed frame; 0 before the first.
+    /// The number of the newest frame; 0 before the first commit.
     pub fn committed(&self) -> u64 {
         self.committed
     }
 
-    /// Distinct positions, those of the frame in hand among them.
+    /// The number of distinct positions, including those that are not committed yet.
     pub fn vertex_count(&self) -> usize {
         self.cloud.used_count()
     }
 
-    /// Points in the window, duplicates and those of the frame in hand among them.
+    /// The number of points in the window, including duplicates and those that are not committed yet.
     pub fn point_count(&self) -> u64 {
         self.cloud.point_count()
     }
@@ -345,16 +354,17 @@ impl Pipeline {
         self.regions.count()
     }
 
-    /// Levels of tiles below the whole cloud. For tests.
+    /// The number of levels of tiles below the root. For tests.
     #[doc(hidden)]
     pub fn tile_depth(&self) -> usize {
         self.tiles.as_ref().map_or(0, Tiles::depth)
     }
 
-    /// With tiles of another size, which are followed whatever the effort: small ones make deep trees of small clouds. For tests.
+    /// Sets the capacity of leaves, and follows every change in tiles whatever its cost. Small leaves give deep trees
+    /// for small clouds. For tests.
     #[doc(hidden)]
-    pub fn with_leaf(mut self, leaf: usize) -> Self {
-        (self.leaf, self.is_for_tiles_only) = (leaf, true);
+    pub fn with_leaf(mut self, leaf_capacity: usize) -> Self {
+        (self.leaf_capacity, self.always_tiles) = (leaf_capacity, true);
         self
     }
 }

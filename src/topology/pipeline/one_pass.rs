@@ -1,11 +1,13 @@
 //! The skeleton of a whole mesh, in one pass.
 //!
-//! In: a cloud, the mesh of it, its basins and the links between them. Out: a [`Skeleton`]. Invariant: the skeleton depends on the cloud alone. Must
-//! not know: frames, tiles.
+//! In: a cloud, its mesh, the basins and the links between them.
+//! Out: a [`Skeleton`].
+//! Invariant: it depends on the cloud alone.
+//! Must not know: frames, tiles.
 
 use crate::topology::base::{both, pair_key, sort_by_key};
 use crate::topology::cloud::{Cloud, Vertex};
-use crate::topology::plane::Dual;
+use crate::topology::plane::DualOrder;
 use crate::topology::plane::basins::Basins;
 use crate::topology::plane::elements::label;
 use crate::topology::plane::mesh::Mesh;
@@ -13,11 +15,12 @@ use crate::topology::plane::reduction::{Link, reduce};
 use crate::topology::skeleton::{Dot, Ranking, Skeleton};
 
 impl Skeleton {
-    /// Computes the skeleton of a cloud's vertices as of its last commit, which are the sites of the mesh, from the links between its basins.
+    /// The skeleton of a cloud as of its last commit, whose vertices are the sites of the mesh, from the links between
+    /// its basins.
     pub fn new(cloud: &Cloud, mesh: &Mesh, basins: &Basins, links: Vec<Link>) -> Self {
         let (reduction, (vertices, rank)) = both(
             links.len(),
-            || reduce(&Dual::new(mesh, basins), basins.count(), &links),
+            || reduce(&DualOrder::new(mesh, basins), basins.count(), &links),
             || ranked_vertices(cloud, mesh),
         );
         let edge_of = |edge: u32| {
@@ -46,17 +49,17 @@ impl Skeleton {
 
 /// The most persistent dots of a whole skeleton.
 pub(super) fn ranking(number: u64, skeleton: &Skeleton, most: usize) -> Ranking {
-    let dots: Vec<&Dot> = skeleton.found().iter().collect();
+    let dots: Vec<&Dot> = skeleton.unsorted_dots().iter().collect();
     Ranking::new(number, dots, most, |dot| dot.persistence(), |dot| skeleton.critical(dot), |dot| skeleton.hole(dot))
 }
 
-/// The vertices by id, and of each site of the mesh its place among them.
+/// The vertices by id, and the place among them of each site of the mesh.
 fn ranked_vertices(cloud: &Cloud, mesh: &Mesh) -> (Vec<Vertex>, Vec<u32>) {
     let (vertices, rank) = ranks(cloud);
     (vertices, mesh.slots().iter().map(|&slot| rank[slot as usize]).collect())
 }
 
-/// The vertices by id, and of each slot its vertex' place among them.
+/// The vertices by id, and the place among them of each slot's vertex.
 pub(super) fn ranks(cloud: &Cloud) -> (Vec<Vertex>, Vec<u32>) {
     let mut vertices = Vec::with_capacity(cloud.vertex_count());
     let mut rank_of_slot = vec![0; cloud.slot_count()];

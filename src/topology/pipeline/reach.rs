@@ -1,7 +1,9 @@
-//! How a pipeline reaches the newest committed frame: in one pass, or by following what changed in tiles.
+//! How a pipeline computes the newest frame: in one pass, or by following what changed in tiles.
 //!
-//! In: the change of the cloud. Out: the skeleton, held as a whole or in tiles, and the [`Change`] that leads to it. Invariants: both ways give the same; each frame is
-//! computed once. Must not know: views, formats.
+//! In: the change of the cloud.
+//! Out: the skeleton, whole or in tiles, and the [`Change`] that leads to it.
+//! Invariants: both ways give the same. Each frame is computed once.
+//! Must not know: views, formats.
 
 use std::sync::Arc;
 
@@ -13,29 +15,29 @@ use crate::topology::plane::basins::Basins;
 use crate::topology::plane::delaunay::{Delaunay, Update};
 use crate::topology::plane::filtration::Filtration;
 use crate::topology::plane::reduction::Link;
-use crate::topology::plane::tiles::{Guide, Tiles};
+use crate::topology::plane::tiles::{Tiles, TouchObserver};
 use crate::topology::skeleton::Skeleton;
 
 impl Pipeline {
-    /// Brings what is held to the newest committed frame.
+    /// Computes the newest frame, unless that was done.
     pub(super) fn reach(&mut self) {
         if self.reached == self.committed {
             return;
         }
         self.stages.begin(Stage::Triangulation);
         let change = self.cloud.take_change();
-        let is_for_tiles = self.is_for_tiles(&change);
+        let is_tiles_cheaper = self.is_tiles_cheaper(&change);
         self.touched.clear();
-        let mut guide = Guide::new(self.tiles.as_ref().filter(|_| is_for_tiles), &mut self.touched);
-        let by = if is_for_tiles { Update::Stepwise } else { Delaunay::faster(&self.cloud, &change) };
-        let update = self.delaunay.apply_by(by, &self.cloud, &change, &mut guide);
-        self.disturb_regions(&change, update);
+        let mut observer = TouchObserver::new(self.tiles.as_ref().filter(|_| is_tiles_cheaper), &mut self.touched);
+        let by = if is_tiles_cheaper { Update::Stepwise } else { Delaunay::faster(&self.cloud, &change) };
+        let update = self.delaunay.apply_by(by, &self.cloud, &change, &mut observer);
+        self.invalidate_regions(&change, update);
         self.stages.begin(Stage::Reduction);
-        let told = self.is_followed.then(|| Change::of_cloud(self.reached, &self.cloud, &change));
+        let reported = self.is_followed.then(|| Change::of_cloud(self.reached, &self.cloud, &change));
         self.reached = self.committed;
         self.computed += 1;
         self.change = match &mut self.tiles {
-            Some(tiles) if is_for_tiles && update == Update::Stepwise => {
+            Some(tiles) if is_tiles_cheaper && update == Update::Stepwise => {
                 self.whole = None;
                 let difference = tiles.follow(&self.cloud, &self.delaunay, &change, &self.touched);
                 if let Some(diagram) = &mut self.diagram {
@@ -43,58 +45,58 @@ impl Pipeline {
                         tiled::critical(&self.cloud, dot)
                     });
                 }
-                told.map(|told| tiled::with_difference(told, &self.cloud, &difference))
+                reported.map(|reported| tiled::with_difference(reported, &self.cloud, &difference))
             }
             _ => {
-                // What is held now goes before the new is made, but for what has to be compared.
+                // The old skeleton is dropped before the new one is made, except for what has to be compared.
                 let (tiles, whole) = (self.tiles.take(), self.whole.take());
-                let gathered = told.as_ref().and(tiles).map(|tiles| tiled::tree(&self.cloud, &tiles));
+                let gathered = reported.as_ref().and(tiles).map(|tiles| tiled::tree(&self.cloud, &tiles));
                 self.diagram = None;
-                if is_for_tiles && update == Update::Stepwise {
-                    self.tiles = Some(Tiles::new(&self.cloud, &self.delaunay, self.leaf));
+                if is_tiles_cheaper && update == Update::Stepwise {
+                    self.tiles = Some(Tiles::new(&self.cloud, &self.delaunay, self.leaf_capacity));
                 } else {
                     self.compute_whole();
                 }
                 let old = gathered.or_else(|| whole.as_deref().map(|frame| Tree::Whole(&frame.skeleton)));
-                told.map(|told| told.with_trees(&old.unwrap_or(Tree::Empty), &self.tree()))
+                reported.map(|reported| reported.with_trees(&old.unwrap_or(Tree::Empty), &self.tree()))
             }
         };
         self.stages.begin(Stage::Done);
     }
 
-    /// Lets go of regions that a change may have changed.
-    fn disturb_regions(&mut self, change: &CloudChange, update: Update) {
+    /// Drops the regions that a change may have changed.
+    fn invalidate_regions(&mut self, change: &CloudChange, update: Update) {
         let Self { regions, cloud, .. } = self;
         match update {
-            // Most streams are not tracked: their frames pay nothing for this.
+            // Streams without tracks have no regions, and pay nothing.
             _ if regions.is_empty() => {}
-            // So much has changed that hardly any region is untouched.
+            // Hardly any region is unchanged after a change of this size.
             Update::Bulk => regions.clear(),
-            // A slot that was emptied in this change still says what it held.
+            // A slot that was emptied in this change still has its last position.
             Update::Stepwise => {
                 let slots = change.appeared.iter().chain(&change.vanished);
-                regions.disturb(&slots.map(|&slot| cloud.position(slot)).collect::<Vec<_>>());
+                regions.invalidate(&slots.map(|&slot| cloud.position(slot)).collect::<Vec<_>>());
             }
         }
     }
 
-    /// Whether a change is worth being followed in tiles, rather than computed in one pass.
-    fn is_for_tiles(&mut self, change: &CloudChange) -> bool {
+    /// Whether following a change in tiles costs less than one pass.
+    fn is_tiles_cheaper(&mut self, change: &CloudChange) -> bool {
         let vertices = self.cloud.vertex_count() as f64;
         let share = (change.appeared.len() + change.vanished.len()) as f64 / vertices;
         let is_worth_it = match &self.tiles {
-            _ if self.is_for_tiles_only => return Delaunay::faster(&self.cloud, change) == Update::Stepwise,
+            _ if self.always_tiles => return Delaunay::faster(&self.cloud, change) == Update::Stepwise,
             Some(tiles) => tiles.cost(&self.cloud, change) <= vertices,
-            // Tiles have to be made first. Where they were given up, only much smaller changes are worth another try.
-            None => share <= self.worth_tiles,
+            // Tiles have to be made first. If they were given up before, only a much smaller change is worth it.
+            None => share <= self.tiles_share,
         };
         if self.tiles.is_some() && !is_worth_it {
-            self.worth_tiles = share / 2.0;
+            self.tiles_share = share / 2.0;
         }
         is_worth_it
     }
 
-    /// The tree that is held.
+    /// The current tree.
     fn tree(&self) -> Tree<'_> {
         match (&self.tiles, &self.whole) {
             (Some(tiles), _) => tiled::tree(&self.cloud, tiles),
@@ -103,7 +105,7 @@ impl Pipeline {
         }
     }
 
-    /// One pass over everything.
+    /// Computes the frame in one pass.
     fn compute_whole(&mut self) {
         let links = self.contract();
         let skeleton = Skeleton::new(&self.cloud, &self.mesh, &self.basins, links);
@@ -121,7 +123,7 @@ impl Pipeline {
         Frame { number: self.committed, time: self.time, points: self.points, skeleton }
     }
 
-    /// The frame that is held, as a whole.
+    /// The current frame as a whole.
     pub(super) fn frame(&mut self) -> Arc<Frame> {
         if let (None, Some(tiles)) = (&self.whole, &self.tiles) {
             self.whole = Some(Arc::new(self.frame_of(tiled::skeleton(&self.cloud, tiles))));

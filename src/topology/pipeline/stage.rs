@@ -1,23 +1,27 @@
-//! The stages of a frame's computation, and a hook that a caller with a clock can put between them.
+//! The stages of a frame's computation, and the hook that reports them.
 //!
-//! In: a listener. Out: a call at the begin of each stage. Invariants: without a listener a stage costs one test of an option; the
-//! listener is called on the thread that polls the frame. Must not know: clocks, metrics.
+//! In: a listener.
+//! Out: a call at the begin of each stage.
+//! Invariants: without a listener a stage costs one test of an option. The listener is called on the thread that polls
+//! the frame.
+//! Must not know: clocks, metrics.
 
 use std::fmt;
 use std::sync::Arc;
 
-/// A stage of a frame's computation. Each frame that is computed goes through all of them, in this order.
+/// A stage of a frame's computation. Every computed frame goes through all of them, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stage {
-    /// The change of the cloud is taken, and the Delaunay triangulation is brought up to date.
+    /// The change of the cloud is taken and the Delaunay triangulation is updated.
     Triangulation,
-    /// The skeleton is found: filtration, basins and reduction of everything, or of the tiles that the change has touched.
+    /// The skeleton is found: filtration, basins and reduction of everything, or of the touched tiles.
     Reduction,
-    /// The skeleton is there. What follows (views, diffs, tracks) is work for one consumer, not for the frame.
+    /// The skeleton is computed. Views, diffs, tracks and whole frames gathered from tiles come after this; they belong
+    /// to single consumers.
     Done,
 }
 
-/// Where the begin of stages is reported; nowhere, by default. Clones report to the same listener.
+/// Calls a listener, if one is set. Clones call the same listener.
 #[derive(Clone, Default)]
 pub(super) struct StageHook(Option<Arc<dyn Fn(Stage) + Send + Sync>>);
 
@@ -26,7 +30,7 @@ impl StageHook {
         Self(Some(Arc::new(listener)))
     }
 
-    /// Reports that a stage begins.
+    /// Reports the begin of a stage.
     #[inline]
     pub fn begin(&self, stage: Stage) {
         if let Some(listener) = &self.0 {
@@ -67,7 +71,7 @@ mod tests {
         let mut follower = Follower::new(ViewSpec::Full);
         pipeline.poll_step(&mut follower);
         assert_eq!(take(), [], "the frame is there");
-        // A small change is followed in tiles, or computed in one pass: the stages are the same.
+        // The stages are the same whether a small change is followed in tiles or computed in one pass.
         let mut tiled = pipeline.clone().with_leaf(4);
         for engine in [&mut pipeline, &mut tiled] {
             engine.feed_points(&[[1.0, 3.0]], None);

@@ -1,7 +1,9 @@
-//! What tiles hold, by the names that the rooms above the plane use.
+//! Translation of what tiles store, by slots, to what the rooms above the plane use, by ids.
 //!
-//! In: tiles and differences of them, by slots. Out: skeletons, changes, rankings and names by ids. Invariant: what is given is what one pass gives. Must not
-//! know: how tiles are reduced.
+//! In: tiles and their differences.
+//! Out: skeletons, changes, rankings and names by ids.
+//! Invariant: the results equal those of one pass.
+//! Must not know: how tiles are reduced.
 
 use super::holes::hole;
 use super::one_pass::ranks;
@@ -18,7 +20,7 @@ impl Persistent for TileDot {
     }
 }
 
-/// Gathers the skeleton of a cloud's vertices from the tiles over it.
+/// The skeleton of a cloud, gathered from its tiles.
 pub fn skeleton(cloud: &Cloud, tiles: &Tiles) -> Skeleton {
     let (vertices, rank) = ranks(cloud);
     let edge_of = |ends: [Slot; 2]| {
@@ -36,21 +38,21 @@ pub fn skeleton(cloud: &Cloud, tiles: &Tiles) -> Skeleton {
     Skeleton::from_parts(vertices, tree, found.collect())
 }
 
-/// The tree that tiles hold, in order.
+/// The tree in tiles, in order.
 pub fn tree(cloud: &Cloud, tiles: &Tiles) -> Tree<'static> {
     let mut tree: Vec<TreeEdgeId> = tiles.tree().map(|edge| tree_edge(cloud, edge)).collect();
     tree.sort_unstable_by_key(|edge| edge.edge);
     Tree::Gathered(tree)
 }
 
-/// The most persistent dots that tiles hold.
+/// The most persistent dots in tiles.
 pub fn ranking(number: u64, cloud: &Cloud, tiles: &Tiles, most: usize) -> Ranking {
     let name = |dot: &&TileDot| critical(cloud, dot);
     let hole = |dot: &&TileDot| hole(cloud, dot.triangle, dot.death);
     Ranking::new(number, tiles.dots().collect(), most, |dot| dot.persistence(), name, hole)
 }
 
-/// Adds to a change what the tiles found.
+/// Adds a difference of tiles to a change.
 pub fn with_difference(mut change: Change, cloud: &Cloud, difference: &Difference) -> Change {
     change.tree_added.extend(difference.tree_added.iter().map(|edge| tree_edge(cloud, edge)));
     change.tree_removed.extend(difference.tree_removed.iter().map(|edge| tree_edge(cloud, edge)));
@@ -59,12 +61,12 @@ pub fn with_difference(mut change: Change, cloud: &Cloud, difference: &Differenc
     change
 }
 
-/// A tile's edge, by ids.
+/// A tree edge by ids.
 pub fn tree_edge(cloud: &Cloud, edge: &TreeEdge) -> TreeEdgeId {
     TreeEdgeId { edge: edge_id(cloud, edge.ends), scale: edge.scale.sqrt() }
 }
 
-/// A tile's dot, by ids.
+/// A dot by ids.
 pub fn critical(cloud: &Cloud, dot: &TileDot) -> Critical {
     Critical { edge: edge_id(cloud, dot.edge), birth: dot.birth, death: dot.death }
 }

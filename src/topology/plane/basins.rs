@@ -1,9 +1,12 @@
-//! The dual graph, contracted along the gradient flow: basins and the Gabriel edges between them.
+//! Basins: the dual graph of the mesh, contracted along the gradient flow.
 //!
-//! In: a [`Mesh`] and its [`Filtration`]. Out: one basin for each local maximum (basin 0 is that of the outer face), with
-//! its weight (the circumradius there) and the triangle that names it, and the links between them. Invariants: weights and naming triangles depend on
-//! the cloud alone: where sites lie on one circle, the face they bound may be cut into triangles in several ways, so its
-//! maximum is taken from one fixed way, the fan around its smallest vertex. Must not know: dots, skeletons, ids.
+//! In: a [`Mesh`] and its [`Filtration`].
+//! Out: one basin for each local maximum, with its weight (the circumradius there) and the triangle that names it; the
+//! Gabriel edges as links between basins. Basin 0 is that of the outer face.
+//! Invariants: weights and names depend on the cloud alone. Where more than three sites lie on one circle, their face
+//! may be cut into triangles in several ways; its maximum is then taken from one fixed way, the fan around its smallest
+//! site.
+//! Must not know: dots, skeletons, ids.
 
 use std::cmp::Ordering;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -15,23 +18,23 @@ use super::mesh::Mesh;
 use super::reduction::Link;
 use crate::topology::base::{for_each, in_parts, sort_by_key};
 
-/// The basin that everything outside flows to.
+/// The basin of the outer face.
 pub const OUTER_BASIN: u32 = 0;
 
 /// The basins of a filtration.
 #[derive(Clone, Debug, Default)]
 pub struct Basins {
-    /// Of each basin: where its flows end.
+    /// The local maximum of each basin.
     maxima: Vec<Maximum>,
-    /// Of each face: the basin that it flows to.
+    /// The basin of each face.
     of_face: Vec<u32>,
 }
 
 const UNKNOWN: u32 = u32::MAX;
 
 impl Basins {
-    /// Follows the flow of every face to its end. Gives the basins, and the Gabriel edges, in order, as links between them; the links'
-    /// scales are squared.
+    /// Follows the flow of every face to its end. Returns the basins, and the Gabriel edges, in order, as links between
+    /// them. The links' scales are squared.
     pub fn contract(mesh: &Mesh, filtration: Filtration) -> (Self, Vec<Link>) {
         let Filtration { flow, maxima, gabriel: mut links, suspects } = filtration;
         let of_face = follow(&flow, &maxima);
@@ -41,19 +44,19 @@ impl Basins {
         (basins, links)
     }
 
-    /// Names the maxima of faces with more than three sites on their circle, of which a mesh shows only one of several
-    /// triangulations, by a triangle that does not depend on it.
+    /// Renames the maxima of faces with more than three sites on their circle. The mesh shows one of several
+    /// triangulations of such a face; the new name does not depend on it.
     fn settle_cocircular(&mut self, mesh: &Mesh, flow: &[u32], mut suspects: Vec<Suspect>) {
         suspects.retain(|suspect| suspect.certain || is_on_circle(mesh, suspect.far, flow[suspect.face as usize]));
         if suspects.is_empty() {
             return;
         }
-        // Of each face: one further along its flow on the same circle, or itself.
+        // For each face: a face further along its flow on the same circle, or itself.
         let mut along: Vec<u32> = (0..flow.len() as u32).collect();
         for suspect in &suspects {
             along[suspect.face as usize] = flow[suspect.face as usize];
         }
-        // Each triangle of a cocircular face that is not its maximum brings one more corner.
+        // Each triangle of a cocircular face, except for its maximum, adds one corner.
         let mut corners: Vec<(u32, u32)> = (suspects.iter())
             .filter_map(|suspect| {
                 let last = last_along(&mut along, suspect.face);
@@ -72,7 +75,7 @@ impl Basins {
         }
     }
 
-    /// Number of basins, that of the outer face among them.
+    /// The number of basins, including that of the outer face.
     pub fn count(&self) -> usize {
         self.maxima.len()
     }
@@ -83,7 +86,7 @@ impl Basins {
         self.maxima[basin as usize].radius_squared
     }
 
-    /// The sites of the triangle that names a basin, by position; not for the outer basin.
+    /// The triangle that names a basin, its sites by position; not for the outer basin.
     #[inline]
     pub fn triangle(&self, basin: u32) -> [u32; 3] {
         self.maxima[basin as usize].triangle
@@ -95,16 +98,16 @@ impl Basins {
         self.of_face[face as usize]
     }
 
-    /// The elder rule's order of basins of equal weight: by their triangles' corners.
+    /// The elder rule's order of basins of equal weight: by the corners of their triangles.
     pub fn break_tie(&self, mesh: &Mesh, a: u32, b: u32) -> Ordering {
         let corners = |basin: u32| self.triangle(basin).map(|site| mesh.position(site));
         corners(a).cmp(&corners(b))
     }
 }
 
-/// Gives every face the basin at the end of its flow.
+/// The basin at the end of each face's flow.
 fn follow(flow: &[u32], maxima: &[Maximum]) -> Vec<u32> {
-    // Two threads may find out the same, and nothing else.
+    // Threads may write the same value twice, and no others.
     let of_face: Vec<AtomicU32> = flow.iter().map(|_| AtomicU32::new(UNKNOWN)).collect();
     for (maximum, basin) in maxima.iter().zip(0..) {
         of_face[maximum.face as usize].store(basin, Relaxed);
@@ -126,7 +129,8 @@ fn follow(flow: &[u32], maxima: &[Maximum]) -> Vec<u32> {
     of_face.into_iter().map(AtomicU32::into_inner).collect()
 }
 
-/// The end of a way, which is shortened as it is walked: a circle may hold all of a cloud, and then the way is as long.
+/// The last face of a path, which is shortened on the way: all sites of a cloud may lie on one circle, and the path is
+/// as long then.
 fn last_along(along: &mut [u32], mut face: u32) -> u32 {
     while along[face as usize] != face {
         along[face as usize] = along[along[face as usize] as usize];

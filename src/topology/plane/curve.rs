@@ -1,20 +1,23 @@
-//! How positions are spread over the plane: an order along a curve that fills it, and whether they leave most of it empty.
+//! How positions are spread over the plane: an order along a space-filling curve, and a test whether they lie in few
+//! lines or clumps.
 //!
-//! In: positions. Out: their places along the curve; whether they are thin. Invariant: near-linear time for any positions. Must not
-//! know: triangulations.
+//! In: positions.
+//! Out: their places along the curve; whether they are thin.
+//! Invariant: near-linear time for any positions.
+//! Must not know: triangulations.
 
 use crate::topology::cloud::Position;
 
-/// A cloud is thin when it fills fewer than one in so many of the cells it could fill.
+/// A cloud is thin when it fills less than this share (one in 32) of the cells that it could fill.
 const THIN_SHARE: usize = 32;
 
-/// The box around most of some positions: a few that lie far off must not make all others look alike.
+/// The bounding box of most of some positions. A few outliers must not put all others into one cell.
 struct Bounds {
     low: [f64; 2],
     high: [f64; 2],
 }
 
-/// So many positions tell how all are spread, and so many well enough to put them in some order.
+/// Sample sizes: for the spread of all positions, and for a rough order of them.
 const SAMPLE: usize = 1024;
 const SMALL_SAMPLE: usize = 64;
 
@@ -32,15 +35,16 @@ impl Bounds {
         Self { low: [left, bottom], high: [right, top] }
     }
 
-    /// The cell of a position, the nearest one if it is outside, on a grid whose last column and row are number `last`.
+    /// The cell of a position on a grid whose last column and row have the number `last`; the nearest cell, if the
+    /// position is outside the box.
     fn cell(&self, position: Position, last: f64) -> [u16; 2] {
         let v = position.xy();
-        // A box of no width gives NaN, which the cast makes 0.
+        // A box of width 0 gives NaN, which the cast turns into 0.
         [0, 1].map(|axis| ((v[axis] - self.low[axis]) / (self.high[axis] - self.low[axis]) * last).min(last) as u16)
     }
 }
 
-/// Places of the positions, ordered so that neighbours in the order are near in the plane (Morton order in their bounding box).
+/// The places of positions in an order in which neighbours are near in the plane (Morton order in their bounding box).
 pub fn along_curve(positions: impl ExactSizeIterator<Item = Position> + Clone) -> Vec<usize> {
     let bounds = Bounds::of(positions.clone(), SMALL_SAMPLE);
     let mut keyed: Vec<(u32, u32)> = (positions.zip(0..))
@@ -62,16 +66,18 @@ fn interleave(v: u16) -> u32 {
     bits
 }
 
-/// Whether the sites lie along few lines or in few clumps: on a grid with a cell for every four of them, they would else fill most cells.
+/// Whether the sites lie along few lines or in few clumps. On a grid with a cell for every four sites, others fill most
+/// cells.
 ///
-/// Loading such a cloud in bulk may take quadratic time, as spade works from the mean position outwards: a long run on one line is
-/// inserted as if nothing else were there, and sites seen from the mean in one direction are inserted last, each with a long search.
+/// Bulk loading such a cloud may take quadratic time. `spade` works from the mean position outwards: a long run on one
+/// line is inserted as if nothing else were there, and sites in one direction from the mean are inserted last, each
+/// with a long search.
 pub fn is_thin(positions: impl ExactSizeIterator<Item = Position> + Clone) -> bool {
     let count = positions.len();
     let side = (count as f64 / 4.0).sqrt().max(1.0);
     let bounds = Bounds::of(positions.clone(), SAMPLE);
     let mut filled = vec![false; (side as usize + 1).pow(2)];
-    // Of all sites: a sample sees a coarser grid, on which twenty lines are no longer few.
+    // All sites are counted. A sample would need a coarser grid, on which twenty lines are no longer few.
     for position in positions {
         let [x, y] = bounds.cell(position, side);
         filled[x as usize * (side as usize + 1) + y as usize] = true;
@@ -84,7 +90,7 @@ mod tests {
     use super::*;
 
     fn positions(count: u32, at: impl Fn(u32, f64) -> [f64; 2]) -> Vec<Position> {
-        // Multiples of the golden ratio, but for their integers, are spread evenly.
+        // The fractional parts of multiples of the golden ratio are spread evenly.
         let spread = |slot: u32| (f64::from(slot) * 0.618_033_988_749_894_9).fract();
         let position = |slot: u32| {
             let [x, y] = at(slot, spread(slot));

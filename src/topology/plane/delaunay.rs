@@ -1,10 +1,12 @@
-//! The dynamic Delaunay triangulation of the cloud; the one file that imports `spade`.
+//! The dynamic Delaunay triangulation of the cloud. The only file that imports `spade`.
 //!
-//! In: a [`Cloud`] and what its last commit changed. Out: a [`Mesh`] of all, or the surroundings of one vertex by half-edges, and word to a
-//! [`Watcher`] of every vertex that comes or goes. Invariants: the sites are the cloud's vertices as of the
-//! last change applied; `spade` never sees a duplicate, nor a cloud that lies on one line (there it would take
-//! O(n log n) an insertion): such a cloud is kept as a sorted path until a point leaves the line. No handle of `spade`
-//! leaves this file. Must not know: scales, ids of vertices.
+//! In: a [`Cloud`] and its last change.
+//! Out: a [`Mesh`] of everything; half-edges around a vertex; a call to an [`Observer`] for every vertex that is
+//! inserted or removed.
+//! Invariants: the sites are the cloud's vertices as of the last change applied. `spade` never gets a duplicate, nor a
+//! cloud on one line (an insertion would take O(n log n) there): such a cloud is a sorted path ([`Line`]) until a point
+//! leaves the line. No handle of `spade` leaves this file.
+//! Must not know: scales, ids of vertices.
 
 use std::collections::BTreeSet;
 
@@ -18,16 +20,18 @@ use super::mesh::{Mesh, MeshEdge};
 use crate::topology::base::{in_order, ordinal};
 use crate::topology::cloud::{Cloud, CloudChange, Located, Position, Slot};
 
-/// A change of more than one in so many of the cloud's vertices is loaded in bulk (measured: they break even at about a quarter).
+/// A change of more than one in four of the cloud's vertices is loaded in bulk (measured: both ways take the same time
+/// at about a quarter).
 const BULK_SHARE: usize = 4;
 
-/// A removal takes time as the square of the vertex' degree, about 1/400 of what bulk loading takes for one vertex.
+/// A removal takes time as the square of the vertex' degree: 1/400 of what bulk loading takes for one vertex
+/// (measured).
 const SQUARED_DEGREE_PER_BULK_VERTEX: usize = 400;
 
-/// An insertion takes time as the new vertex' degree, about 1/30 of what bulk loading takes for one vertex.
+/// An insertion takes time as the degree of the new vertex: 1/30 of what bulk loading takes for one vertex (measured).
 const DEGREE_PER_BULK_VERTEX: usize = 30;
 
-/// Packed: a vertex of `spade` then takes 24 bytes rather than 32.
+/// Packed, so that a vertex of `spade` takes 24 bytes instead of 32.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, packed(4))]
 struct Site {
@@ -44,7 +48,7 @@ impl HasPosition for Site {
     }
 }
 
-// Batches are sorted along a curve that fills the plane, so the last vertex used is the best hint, and it costs no memory.
+// Batches are sorted along a space-filling curve. The last vertex used is then the best hint, and it needs no memory.
 type Spade = DelaunayTriangulation<Site, (), (), (), LastUsedVertexHintGenerator>;
 
 #[derive(Clone, Debug)]
@@ -64,38 +68,39 @@ pub enum Update {
     Bulk,
 }
 
-/// Told of each step of a change. A bulk load is not told of.
-pub trait Watcher {
-    /// A vertex has come: its triangles are new, and so are the surroundings of its neighbours. Gives the number of these.
-    fn has_come(&mut self, plane: HalfEdges<'_>, out: HalfEdge) -> usize;
-    /// A vertex is about to go. Gives the number of its neighbours.
-    fn will_go(&mut self, plane: HalfEdges<'_>, out: HalfEdge) -> usize;
-    /// On a line, the neighbours of a vertex in this slot are new.
-    fn has_new_neighbours(&mut self, slot: Slot);
-    /// Where the search for a vertex that is about to be inserted best begins: at some vertex that was there before the change; at the last one
-    /// that was inserted, if none is given.
-    fn near(&mut self, position: Position, slot: Slot) -> Option<Slot>;
+/// Is called at each step of a change; not for bulk loads.
+pub trait Observer {
+    /// A vertex was inserted; `out` is a half-edge out of it. Its triangles are new, and so are the surroundings of its
+    /// neighbours. Returns the number of neighbours.
+    fn on_inserted(&mut self, plane: HalfEdges<'_>, out: HalfEdge) -> usize;
+    /// A vertex is about to be removed. Returns the number of its neighbours.
+    fn before_removal(&mut self, plane: HalfEdges<'_>, out: HalfEdge) -> usize;
+    /// On a line, the vertex in this slot has new neighbours.
+    fn on_new_neighbours(&mut self, slot: Slot);
+    /// The vertex at which the search for a new vertex begins. It must have been there before the change. Without one,
+    /// the search begins at the last vertex that was inserted.
+    fn hint_for(&mut self, position: Position, slot: Slot) -> Option<Slot>;
 }
 
-/// Nobody watches.
-impl Watcher for () {
-    fn has_come(&mut self, plane: HalfEdges<'_>, out: HalfEdge) -> usize {
+/// Observes nothing.
+impl Observer for () {
+    fn on_inserted(&mut self, plane: HalfEdges<'_>, out: HalfEdge) -> usize {
         plane.degree(out)
     }
-    fn will_go(&mut self, plane: HalfEdges<'_>, out: HalfEdge) -> usize {
+    fn before_removal(&mut self, plane: HalfEdges<'_>, out: HalfEdge) -> usize {
         plane.degree(out)
     }
-    fn has_new_neighbours(&mut self, _: Slot) {}
-    fn near(&mut self, _: Position, _: Slot) -> Option<Slot> {
+    fn on_new_neighbours(&mut self, _: Slot) {}
+    fn hint_for(&mut self, _: Position, _: Slot) -> Option<Slot> {
         None
     }
 }
 
-/// A directed edge. Changes of the triangulation give it another meaning.
+/// A directed edge. It is valid until the triangulation changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HalfEdge(FixedDirectedEdgeHandle);
 
-/// A way to look around in a triangulation, half-edge by half-edge.
+/// The triangulation as half-edges.
 #[derive(Clone, Copy, Debug)]
 pub struct HalfEdges<'a>(&'a Spade);
 
@@ -118,43 +123,43 @@ impl<'a> HalfEdges<'a> {
         Self::half_edge(self.handle(edge).rev())
     }
 
-    /// The next one around the face on the left.
+    /// The next half-edge around the face on the left.
     #[inline]
     pub fn next(self, edge: HalfEdge) -> HalfEdge {
         Self::half_edge(self.handle(edge).next())
     }
 
-    /// The one before around the face on the left.
+    /// The previous half-edge around the face on the left.
     #[inline]
     pub fn previous(self, edge: HalfEdge) -> HalfEdge {
         Self::half_edge(self.handle(edge).prev())
     }
 
-    /// The next one out of the same vertex, counter-clockwise.
+    /// The next half-edge out of the same vertex, counter-clockwise.
     #[inline]
     pub fn turn(self, edge: HalfEdge) -> HalfEdge {
         Self::half_edge(self.handle(edge).ccw())
     }
 
-    /// Where it comes from.
+    /// The site that it leads out of.
     #[inline]
     pub fn origin(self, edge: HalfEdge) -> Located<Slot> {
         let site = *self.handle(edge).from().data();
         (site.position, site.slot)
     }
 
-    /// How many edges its origin has.
+    /// The degree of its origin.
     pub fn degree(self, edge: HalfEdge) -> usize {
         self.handle(edge).from().out_edges().count()
     }
 
-    /// A number for the face on its left: another one for each, until the triangulation changes.
+    /// The number of the face on its left; valid until the triangulation changes.
     #[inline]
     pub fn face_number(self, edge: HalfEdge) -> u32 {
         self.handle(edge).face().index() as u32
     }
 
-    /// A number for the half-edge: another one for each, until the triangulation changes.
+    /// The number of the half-edge; valid until the triangulation changes.
     #[inline]
     pub fn edge_number(self, edge: HalfEdge) -> u32 {
         edge.0.index() as u32
@@ -171,7 +176,7 @@ impl<'a> HalfEdges<'a> {
 #[derive(Clone, Debug)]
 pub struct Delaunay {
     shape: Shape,
-    /// Of each slot: its vertex in the triangulation (meaningless on a line).
+    /// The vertex in the triangulation of each slot; not valid on a line.
     handles: Vec<u32>,
 }
 
@@ -182,28 +187,29 @@ impl Default for Delaunay {
 }
 
 impl Delaunay {
-    /// Follows the cloud from its commit before to its last one, in the way that is faster for the triangulation alone.
+    /// Applies a change of the cloud in the way that is faster for the triangulation alone.
     pub fn apply(&mut self, cloud: &Cloud, change: &CloudChange) -> Update {
         self.apply_by(Self::faster(cloud, change), cloud, change, &mut ())
     }
 
-    /// The way to follow a change that is faster for the triangulation alone.
+    /// The way to apply a change that is faster for the triangulation alone.
     pub fn faster(cloud: &Cloud, change: &CloudChange) -> Update {
         let changed = change.appeared.len() + change.vanished.len();
         if changed * BULK_SHARE > cloud.vertex_count() { Update::Bulk } else { Update::Stepwise }
     }
 
-    /// The same in a way that is chosen outside, with somebody watching the steps. Where steps turn out to take too long, or end
-    /// on a line, it is done in bulk after all; what was told before means nothing then.
+    /// Applies a change in a given way and calls the observer at each step. If steps turn out to take too long, or end
+    /// on a line, the triangulation is rebuilt in bulk; what was reported to the observer is not valid then. Returns
+    /// the way that was taken.
     pub fn apply_by(
         &mut self,
         update: Update,
         cloud: &Cloud,
         change: &CloudChange,
-        watcher: &mut impl Watcher,
+        observer: &mut impl Observer,
     ) -> Update {
         self.handles.resize(cloud.slot_count(), 0);
-        if update == Update::Bulk || !self.step(cloud, change, watcher) {
+        if update == Update::Bulk || !self.step(cloud, change, observer) {
             self.rebuild(cloud);
             Update::Bulk
         } else {
@@ -211,7 +217,7 @@ impl Delaunay {
         }
     }
 
-    /// Number of sites.
+    /// The number of sites.
     pub fn site_count(&self) -> usize {
         match &self.shape {
             Shape::Line(line) => line.len(),
@@ -219,15 +225,16 @@ impl Delaunay {
         }
     }
 
-    /// Applies a change vertex by vertex; false when it has to be done in bulk after all (the triangulation is then half changed).
-    fn step(&mut self, cloud: &Cloud, change: &CloudChange, watcher: &mut impl Watcher) -> bool {
+    /// Applies a change vertex by vertex. Returns false when the triangulation has to be rebuilt; it is half changed
+    /// then.
+    fn step(&mut self, cloud: &Cloud, change: &CloudChange, observer: &mut impl Observer) -> bool {
         match &mut self.shape {
-            Shape::Line(line) => line.step(cloud, change, |slot| watcher.has_new_neighbours(slot)),
-            Shape::Plane(spade) => step_in_plane(spade, &mut self.handles, cloud, change, watcher),
+            Shape::Line(line) => line.step(cloud, change, |slot| observer.on_new_neighbours(slot)),
+            Shape::Plane(spade) => step_in_plane(spade, &mut self.handles, cloud, change, observer),
         }
     }
 
-    /// The plane, to look around in; none, while all sites lie on one line.
+    /// The half-edges; none while all sites lie on one line.
     #[inline]
     pub fn half_edges(&self) -> Option<HalfEdges<'_>> {
         match &self.shape {
@@ -242,7 +249,7 @@ impl Delaunay {
         self.half_edges().map(|HalfEdges(spade)| out_of(spade, vertex_handle(&self.handles, slot)))
     }
 
-    /// On a line, what is on either side of a position; nothing in the plane.
+    /// On a line, the sites on either side of a position; none in the plane.
     pub fn on_either_side(&self, position: Position) -> [Option<Located<Slot>>; 2] {
         match &self.shape {
             Shape::Line(line) => line.neighbours(position),
@@ -256,7 +263,7 @@ impl Delaunay {
             self.shape = Shape::Line(Line::new(sites.iter().map(|site| (site.position, site.slot))));
             return;
         }
-        // A new triangulation even where the old one could be cleared: spade's `clear` leaves a stale hull behind.
+        // A new triangulation, although the old one could be cleared: `clear` of `spade` leaves a stale hull behind.
         let spade = if is_thin(sites.iter().map(|site| site.position)) {
             load_in_rounds(sites)
         } else {
@@ -275,7 +282,7 @@ impl Delaunay {
         mesh
     }
 
-    /// The same, in the place and the memory of another mesh.
+    /// The same, written over another mesh.
     pub fn read_into(&self, mesh: &mut Mesh) {
         match &self.shape {
             Shape::Line(line) => line.read_into(mesh),
@@ -283,7 +290,7 @@ impl Delaunay {
         }
     }
 
-    /// Panics when the triangulation contradicts itself or the cloud. For tests.
+    /// Panics when the triangulation is inconsistent or differs from the cloud. For tests.
     #[doc(hidden)]
     pub fn check_invariants(&self, cloud: &Cloud) {
         assert_eq!(self.site_count(), cloud.vertex_count());
@@ -303,9 +310,9 @@ impl Delaunay {
 
 /// The sites of a cloud, those far from their mean first.
 ///
-/// That is the order in which bulk loading takes them, from the end. It sorts them itself, by comparisons, but what is in order already it
-/// only looks at; its mean differs from this one by rounding, so it finds a pair out of place only where two distances agree to
-/// the last bits. A radix sort takes a fifth of the time.
+/// Bulk loading takes them in this order, from the end. It sorts them by comparisons, but sites that are in order
+/// already cost one look each. Its mean differs from this one by rounding, so it finds a pair out of order only where
+/// two distances agree to the last bits. This radix sort takes a fifth of the time.
 fn far_first(cloud: &Cloud) -> Vec<Site> {
     let mut slots = Vec::with_capacity(cloud.vertex_count());
     slots.extend(cloud.vertices().map(|(slot, _)| slot));
@@ -320,9 +327,9 @@ fn far_first(cloud: &Cloud) -> Vec<Site> {
     in_order(slots.len(), descending, u64::from).into_iter().map(site).collect()
 }
 
-/// Inserts sites one by one in rounds, each of as many as all before it: drawn at random, then ordered along a curve. Takes near-linear time
-/// on every cloud (N. Amenta, S. Choi, G. Rote, "Incremental Constructions con BRIO", SoCG 2003), about half as long again as
-/// bulk loading does on a good one.
+/// Inserts sites one by one in rounds, each as large as all rounds before it: drawn at random, then ordered along a
+/// curve. Takes near-linear time on every cloud (N. Amenta, S. Choi, G. Rote, "Incremental Constructions con BRIO",
+/// SoCG 2003), and about half as long again as bulk loading on a well-spread one.
 fn load_in_rounds(mut sites: Vec<Site>) -> Spade {
     let on_line = |sites: &[Site], third: &Site| are_collinear(sites[0].position, sites[1].position, third.position);
     if let Some(off) = sites.iter().skip(2).position(|site| !on_line(&sites, site)) {
@@ -341,7 +348,7 @@ fn load_in_rounds(mut sites: Vec<Site>) -> Spade {
     spade
 }
 
-/// In some order that has nothing to do with the one before, and is the same every time.
+/// Puts sites in a pseudo-random order that is the same every time.
 fn shuffle(sites: &mut [Site]) {
     let mut state = 0_u64;
     for last in (1..sites.len()).rev() {
@@ -355,21 +362,21 @@ fn step_in_plane(
     handles: &mut [u32],
     cloud: &Cloud,
     change: &CloudChange,
-    watcher: &mut impl Watcher,
+    observer: &mut impl Observer,
 ) -> bool {
-    let (appeared, vanished) = hand_on(spade, handles, cloud, change, watcher);
-    // Insertions first: the cloud then meets a line only if it ends on one.
+    let (appeared, vanished) = hand_on(spade, handles, cloud, change, observer);
+    // Insertions come first: the cloud then lies on a line only if it ends on one.
     let mut budget = DEGREE_PER_BULK_VERTEX * cloud.vertex_count();
     for place in along_curve(appeared.iter().map(|&slot| cloud.position(slot))) {
         let slot = appeared[place];
         let site = Site { position: cloud.position(slot), slot };
-        let inserted = match watcher.near(site.position, slot) {
+        let inserted = match observer.hint_for(site.position, slot) {
             Some(near) => spade.insert_with_hint(site, vertex_handle(handles, near)),
             None => spade.insert(site),
         };
         let handle = inserted.expect("positions are inside the limits, which are spade's");
         handles[slot as usize] = handle.index() as u32;
-        let degree = watcher.has_come(HalfEdges(spade), out_of(spade, handle));
+        let degree = observer.on_inserted(HalfEdges(spade), out_of(spade, handle));
         let Some(left) = budget.checked_sub(degree) else { return false };
         budget = left;
     }
@@ -377,7 +384,7 @@ fn step_in_plane(
     for place in along_curve(vanished.iter().map(|&slot| cloud.position(slot))) {
         let slot = vanished[place];
         let handle = vertex_handle(handles, slot);
-        let degree = watcher.will_go(HalfEdges(spade), out_of(spade, handle));
+        let degree = observer.before_removal(HalfEdges(spade), out_of(spade, handle));
         let Some(left) = budget.checked_sub(degree.pow(2)) else { return false };
         budget = left;
         remove(spade, handles, handle);
@@ -396,14 +403,14 @@ fn out_of(spade: &Spade, handle: FixedVertexHandle) -> HalfEdge {
     HalfEdges::half_edge(spade.vertex(handle).out_edge().expect("a vertex of a triangulation has edges"))
 }
 
-/// A position that was left and taken again between two changes taken keeps its site, under the new slot. Gives the slots that really
-/// appear and vanish.
+/// Hands the site of a position that was left and taken again between two changes over to its new slot. Returns the
+/// slots whose sites really have to be inserted and removed.
 fn hand_on(
     spade: &mut Spade,
     handles: &mut [u32],
     cloud: &Cloud,
     change: &CloudChange,
-    watcher: &mut impl Watcher,
+    observer: &mut impl Observer,
 ) -> (Vec<Slot>, Vec<Slot>) {
     let (mut appeared, mut vanished) = (change.appeared.clone(), change.vanished.clone());
     let returned = cloud.returned(change);
@@ -417,9 +424,9 @@ fn hand_on(
         let handle = handles[old as usize];
         handles[slot as usize] = handle;
         let handle = FixedVertexHandle::from_index(handle as usize);
-        watcher.will_go(HalfEdges(spade), out_of(spade, handle));
+        observer.before_removal(HalfEdges(spade), out_of(spade, handle));
         spade.vertex_data_mut(handle).slot = slot;
-        watcher.has_come(HalfEdges(spade), out_of(spade, handle));
+        observer.on_inserted(HalfEdges(spade), out_of(spade, handle));
         false
     });
     (appeared, vanished)
@@ -427,7 +434,7 @@ fn hand_on(
 
 fn remove(spade: &mut Spade, handles: &mut [u32], handle: FixedVertexHandle) {
     spade.remove(handle);
-    // spade moves its last vertex into the gap.
+    // `spade` moves its last vertex into the gap.
     if let Some(moved) = spade.get_vertex(handle) {
         handles[moved.data().slot as usize] = handle.index() as u32;
     }
@@ -440,7 +447,7 @@ fn read_plane(spade: &Spade, mesh: &mut Mesh) {
         mesh.push_site(site.position, site.slot);
     }
     for edge in spade.undirected_edges() {
-        // Both directions of an edge lie side by side in memory; nothing else is read.
+        // Both directions of an edge are adjacent in memory, and nothing else is read.
         let (there, back) = (edge.as_directed(), edge.as_directed().rev());
         mesh.push_edge(MeshEdge {
             ends: [there.from(), back.from()].map(|vertex| vertex.index() as u32),

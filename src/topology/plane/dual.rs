@@ -1,7 +1,10 @@
 //! The total order of the dual graph of a whole mesh.
 //!
-//! In: a [`Mesh`] and its [`Basins`]. Out: what [`reduce`](super::reduction::reduce) asks for. Invariant: equal scales are decided by the edges' ends, equal weights by
-//! the triangles' corners, all by position. Must not know: skeletons.
+//! In: a [`Mesh`] and its [`Basins`].
+//! Out: the order that [`reduce`](super::reduction::reduce) takes.
+//! Invariant: links of equal scale are ordered by the positions of their edges' ends, nodes of equal weight by the
+//! positions of their triangles' corners.
+//! Must not know: skeletons.
 
 use std::cell::OnceCell;
 use std::cmp::Ordering;
@@ -11,22 +14,22 @@ use super::mesh::Mesh;
 use super::reduction::{Elders, TotalOrder};
 use crate::topology::base::pair_key;
 
-/// The dual graph's total order: equal scales are decided by the edges' ends, by position.
-pub struct Dual<'a> {
+/// The order of the nodes and links of a dual graph.
+pub struct DualOrder<'a> {
     mesh: &'a Mesh,
     basins: &'a Basins,
-    /// Of each site: its place by position. Most clouds have no ties, so it is made for the first.
+    /// The place of each site by position. Most clouds have no ties, so it is computed at the first one.
     places: OnceCell<Vec<u32>>,
 }
 
-impl<'a> Dual<'a> {
-    /// The order of the links between some basins of a mesh.
+impl<'a> DualOrder<'a> {
+    /// The order of the links between the basins of a mesh.
     pub fn new(mesh: &'a Mesh, basins: &'a Basins) -> Self {
         Self { mesh, basins, places: OnceCell::new() }
     }
 }
 
-impl Elders for Dual<'_> {
+impl Elders for DualOrder<'_> {
     fn weight(&self, node: u32) -> f64 {
         self.basins.weight(node)
     }
@@ -36,7 +39,7 @@ impl Elders for Dual<'_> {
     }
 }
 
-impl TotalOrder for Dual<'_> {
+impl TotalOrder for DualOrder<'_> {
     fn is_open(&self, _: u32) -> bool {
         false
     }

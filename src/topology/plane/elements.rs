@@ -1,6 +1,8 @@
-//! Elements of a skeleton as the plane finds them, by the cloud's slots.
+//! The elements of a skeleton as the plane finds them, by slots.
 //!
-//! In: nothing. Out: tree edges and dots, which the pipeline gives their names. Must not know: how they are found, ids.
+//! In: nothing.
+//! Out: tree edges and dots. The pipeline translates their slots to ids.
+//! Must not know: how they are found, ids.
 
 use crate::topology::cloud::Slot;
 
@@ -25,12 +27,12 @@ pub struct TileDot {
     pub death: f64,
     /// The critical edge, the smaller position first.
     pub edge: [Slot; 2],
-    /// The triangle that names the death, in order.
+    /// The triangle that names the death, its corners in order of position.
     pub triangle: [Slot; 3],
 }
 
 impl TileDot {
-    /// The dot of a critical edge; scales are squared. None, if it is on the diagonal.
+    /// The dot of a critical edge, from squared scales; none if it is on the diagonal.
     #[inline]
     pub fn new(birth_squared: f64, death_squared: f64, edge: [Slot; 2], triangle: [Slot; 3]) -> Option<Self> {
         let (birth, death) = label(birth_squared, death_squared)?;
@@ -44,7 +46,7 @@ impl TileDot {
     }
 }
 
-/// Birth and death from their squares, unless the dot is on the diagonal.
+/// Birth and death from their squares; none if the dot is on the diagonal.
 #[inline]
 pub fn label(birth_squared: f64, death_squared: f64) -> Option<(f64, f64)> {
     let (birth, death) = (birth_squared.sqrt(), death_squared.sqrt());

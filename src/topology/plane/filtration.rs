@@ -1,12 +1,16 @@
-//! The alpha filtration of a Delaunay triangulation, and its gradient flow.
+//! The alpha filtration of a Delaunay triangulation and its gradient flow.
 //!
-//! In: a [`Mesh`]. Out: the Gabriel edges and their scales, to where each triangle flows, and the local maxima where flows end, with
-//! theirs. A triangle with an obtuse or right angle enters at the very scale of the edge opposite to it (the
-//! edge is "attached"), so the two cancel: the triangle flows across that edge. Flows end in triangles that hold their own
-//! circumcentre, the local maxima of the filtration, or in the outer face; so a dot is born at a Gabriel edge and dies at a
-//! local maximum, and nothing else is left to reduce. Invariants: Gabriel or attached is decided by exact signs. Must not know: dots, skeletons.
+//! In: a [`Mesh`].
+//! Out: the Gabriel edges with their scales, the triangle that each triangle flows to, and the local maxima at which
+//! flows end.
+//! Invariants: exact signs decide whether an edge is Gabriel or attached. A triangle with an obtuse or right angle
+//! enters at the same scale as the edge opposite to that angle (the edge is "attached" to it), so the two cancel and
+//! the triangle flows across the edge. Flows end in triangles that contain their own circumcentre (the local maxima of
+//! the filtration) or in the outer face. Therefore a dot is born at a Gabriel edge and dies at a local maximum, and
+//! only these are left to reduce.
+//! Must not know: dots, skeletons.
 //!
-//! Scales: H. Edelsbrunner and J. Harer, "Computational Topology", section III.4; radii, here squared.
+//! Scales are those of H. Edelsbrunner and J. Harer, "Computational Topology", section III.4: radii, here squared.
 
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -18,51 +22,52 @@ use super::reduction::Link;
 use crate::topology::base::in_parts;
 use crate::topology::cloud::half_length_squared;
 
-/// A triangle that holds its own circumcentre: a local maximum of the filtration. So is the outer face.
+/// A local maximum of the filtration: a triangle that contains its own circumcentre, or the outer face.
 #[derive(Clone, Copy, Debug)]
 pub struct Maximum {
     /// The face.
     pub face: u32,
-    /// Its corners, by position (all 0 for the outer face).
+    /// Its corners by position; all 0 for the outer face.
     pub triangle: [u32; 3],
     /// Its circumradius, squared; +infinity for the outer face.
     pub radius_squared: f64,
 }
 
-/// A triangle that may share its circle with the triangle that it flows to.
+/// A triangle that may lie on one circle with the triangle that it flows to.
 #[derive(Clone, Copy, Debug)]
 pub struct Suspect {
     /// The triangle.
     pub face: u32,
-    /// Its corner that is not one of the other triangle's.
+    /// Its corner that is not a corner of the other triangle.
     pub far: u32,
-    /// Whether it does for sure.
+    /// Whether it certainly does.
     pub certain: bool,
 }
 
-/// The alpha filtration of a mesh, as far as it is worth storing.
+/// The alpha filtration of a mesh, without what cancels.
 #[derive(Clone, Debug)]
 pub struct Filtration {
-    /// Of each face: the face across its attached edge, or itself at a local maximum.
+    /// For each face: the face across its attached edge, or itself at a local maximum.
     pub flow: Vec<u32>,
-    /// The Gabriel edges, in order, as links between the faces beside them; their scales are squared.
+    /// The Gabriel edges, in order, as links between the faces beside them. Their scales are squared.
     pub gabriel: Vec<Link>,
     /// The local maxima, the outer face first.
     pub maxima: Vec<Maximum>,
-    /// Triangles that may lie on one circle with the triangle that they flow to; all others surely do not.
+    /// Triangles that may lie on one circle with the triangle that they flow to; all others certainly do not.
     pub suspects: Vec<Suspect>,
 }
 
-/// What was found at some of the edges, in order.
+/// The results for some of the edges, in order.
 #[derive(Default)]
-struct Found {
+struct Classified {
     gabriel: Vec<Link>,
-    /// All local maxima among the triangles whose last edge is one of these, and some triangles that flow across an edge that others have yet to look at.
+    /// All local maxima among the triangles whose last edge is one of these. Also some triangles that flow across an
+    /// edge which another part has yet to classify.
     maxima: Vec<Maximum>,
     suspects: Vec<Suspect>,
 }
 
-/// How many edges are looked at together.
+/// The number of edges whose surroundings are read together.
 const BLOCK: usize = 64;
 
 /// One side of an edge.
@@ -70,20 +75,20 @@ const BLOCK: usize = 64;
 struct Side {
     /// The corner opposite to the edge.
     opposite: u32,
-    /// Whether the edge is the last of the triangle's three.
+    /// Whether the edge is the last of the triangle's three edges.
     closes: bool,
-    /// How the angle there compares with a right one, where that is sure. On the outer face it never is: there the edge looks at
-    /// itself.
+    /// How the angle there compares with a right angle, where rounding cannot have decided it. Always none on the outer
+    /// face, where `opposite` is an end of the edge.
     angle: Option<Ordering>,
 }
 
 impl Filtration {
     /// Classifies every edge and triangle of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
-        // A triangle has at most one angle that is not acute, so no two threads write to one place.
+        // A triangle has at most one angle that is not acute, so no two threads write to the same place.
         let flow: Vec<AtomicU32> = (0..mesh.face_count() as u32).map(AtomicU32::new).collect();
-        let mut parts = in_parts(mesh.edges().len(), |part| Found::at(mesh, &flow, part)).into_iter();
-        let Found { mut gabriel, mut maxima, mut suspects } = parts.next().unwrap_or_default();
+        let mut parts = in_parts(mesh.edges().len(), |part| Classified::at(mesh, &flow, part)).into_iter();
+        let Classified { mut gabriel, mut maxima, mut suspects } = parts.next().unwrap_or_default();
         let has_parts = parts.len() > 0;
         for mut part in parts {
             gabriel.append(&mut part.gabriel);
@@ -98,28 +103,28 @@ impl Filtration {
     }
 }
 
-impl Found {
-    /// Classifies some edges, and the triangles of which they are the last.
+impl Classified {
+    /// Classifies some edges, and the triangles whose last edge is one of these.
     fn at(mesh: &Mesh, flow: &[AtomicU32], part: Range<usize>) -> Self {
-        // What is found elsewhere is appended to what is found in the first part.
+        // The results of the other parts are appended to those of the first.
         let count = if part.start == 0 { mesh.edges().len() } else { part.len() };
-        let mut found = Self {
+        let mut classified = Self {
             gabriel: Vec::with_capacity(count / 4 * 3),
             maxima: Vec::with_capacity(count / 3 + 1),
             suspects: Vec::new(),
         };
         if part.start == 0 {
-            found.maxima.push(Maximum { face: OUTER_FACE, triangle: [0; 3], radius_squared: f64::INFINITY });
+            classified.maxima.push(Maximum { face: OUTER_FACE, triangle: [0; 3], radius_squared: f64::INFINITY });
         }
         let mut sides = [[Side::default(); 2]; BLOCK];
         let firsts = part.clone().step_by(BLOCK);
         for (first, block) in firsts.zip(mesh.edges()[part].chunks(BLOCK)) {
-            look_across(mesh, first as u32, block, &mut sides);
+            read_sides(mesh, first as u32, block, &mut sides);
             for ((index, edge), sides) in (first as u32..).zip(block).zip(&sides) {
-                found.classify(mesh, flow, index, edge, sides);
+                classified.classify(mesh, flow, index, edge, sides);
             }
         }
-        found
+        classified
     }
 
     #[inline]
@@ -132,7 +137,7 @@ impl Found {
             self.attach(mesh, flow, edge, sides, attached);
         }
         for (face, side) in edge.faces.into_iter().zip(sides) {
-            // With the last of its edges all angles of a triangle are known, and its corners are at hand.
+            // At the last of its edges all angles of a triangle are known, and its corners are at hand.
             if side.closes && flow[face as usize].load(Relaxed) == face {
                 let triangle = mesh.by_position([edge.ends[0], edge.ends[1], side.opposite]);
                 let radius_squared = circumradius_squared(triangle.map(|site| mesh.position(site)));
@@ -144,7 +149,7 @@ impl Found {
     fn attach(&mut self, mesh: &Mesh, flow: &[AtomicU32], edge: &MeshEdge, sides: &[Side; 2], attached: [bool; 2]) {
         let [left, right] = edge.faces;
         let right_angles = attached == [true, true];
-        // With two right angles the edge is a diameter: either triangle may be called the maximum.
+        // With two right angles the edge is a diameter; either triangle may be called the maximum.
         let from_left = if right_angles { left > right } else { attached[0] };
         let (from, into) = if from_left { (left, right) } else { (right, left) };
         flow[from as usize].store(into, Relaxed);
@@ -161,12 +166,12 @@ impl Found {
     }
 }
 
-/// Looks across a block of edges.
+/// Reads what lies beside the edges of a block.
 ///
-/// What lies across is all over the memory. Fetched for many edges before any of it is decided on, it is waited for once, not
-/// once an edge.
+/// Neighbours are scattered over the memory. Reading those of a whole block before any decision lets the cache misses
+/// overlap.
 #[inline]
-fn look_across(mesh: &Mesh, first: u32, block: &[MeshEdge], sides: &mut [[Side; 2]; BLOCK]) {
+fn read_sides(mesh: &Mesh, first: u32, block: &[MeshEdge], sides: &mut [[Side; 2]; BLOCK]) {
     for ((index, edge), sides) in (first..).zip(block).zip(sides.iter_mut()) {
         for (side, look) in sides.iter_mut().enumerate() {
             (look.opposite, look.closes) = mesh.across(index, edge, side);
@@ -180,7 +185,7 @@ fn look_across(mesh: &Mesh, first: u32, block: &[MeshEdge], sides: &mut [[Side; 
     }
 }
 
-/// Whether the corner on one side of an edge lies in the closed disc with the edge as diameter.
+/// Whether the corner on one side of an edge lies in the closed disc that has the edge as diameter.
 #[inline]
 fn is_attached_to(mesh: &Mesh, edge: &MeshEdge, side: usize, look: &Side) -> bool {
     let angle = look.angle.unwrap_or_else(|| match edge.faces[side] {

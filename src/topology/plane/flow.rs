@@ -1,7 +1,10 @@
-//! The gradient flow of the alpha filtration, seen from one half-edge of the triangulation.
+//! The gradient flow of the alpha filtration, seen from a half-edge of the triangulation.
 //!
-//! In: a half-edge. Out: the triangle beside it, where that flows to, the local maximum on its circle and that maximum's name. Invariants: answers depend
-//! on positions alone, and are exact. Must not know: dots, tiles.
+//! In: a half-edge.
+//! Out: the triangle beside it, whether that flows across the half-edge, the local maximum on its circle and that
+//! maximum's name.
+//! Invariants: answers depend on positions alone, and are exact.
+//! Must not know: dots, tiles.
 
 use std::cmp::Ordering;
 
@@ -17,7 +20,7 @@ impl HalfEdges<'_> {
         self.origin(self.previous(edge))
     }
 
-    /// The site opposite to a half-edge on its right, unless the outer face is there.
+    /// The site opposite to a half-edge in the triangle on its right; none if the outer face is there.
     #[inline]
     pub fn across(self, edge: HalfEdge) -> Option<Located<Slot>> {
         let twin = self.twin(edge);
@@ -30,8 +33,9 @@ impl HalfEdges<'_> {
         [self.origin(edge), self.origin(self.twin(edge))]
     }
 
-    /// Whether the triangle on the left of a half-edge flows across it: its angle there is a right or an obtuse one. Where the triangle on the right
-    /// has a right angle too, the edge is a diameter, and the one with the smaller apex is called the maximum.
+    /// Whether the triangle on the left of a half-edge flows across it: its angle there is right or obtuse. If the
+    /// triangle on the right has a right angle too, the edge is a diameter, and the triangle with the smaller apex is
+    /// the maximum.
     pub fn flows(self, edge: HalfEdge) -> bool {
         let [a, b] = self.ends(edge).map(|site| site.0);
         let apex = self.apex(edge).0;
@@ -44,7 +48,7 @@ impl HalfEdges<'_> {
         }
     }
 
-    /// Whether the triangles beside a half-edge share their circle.
+    /// Whether the triangles on both sides of a half-edge lie on one circle.
     #[inline]
     pub fn share_circle(self, edge: HalfEdge) -> bool {
         let Some((far, _)) = self.across(edge) else { return false };
@@ -52,9 +56,9 @@ impl HalfEdges<'_> {
         on_one_circle(a, b, self.apex(edge).0, far)
     }
 
-    /// The local maximum on whose circle the triangle on the left of a half-edge lies; none, if flows lead off that circle. Given by a half-edge
-    /// that has it on its left.
-    pub fn summit_of_circle(self, mut edge: HalfEdge) -> Option<HalfEdge> {
+    /// The local maximum on the circle of the triangle on the left of a half-edge, as a half-edge with the maximum on
+    /// its left. None if the flow leaves the circle.
+    pub fn maximum_on_circle(self, mut edge: HalfEdge) -> Option<HalfEdge> {
         while let Some(exit) = self.around(edge).into_iter().find(|&edge| self.flows(edge)) {
             if !self.share_circle(exit) {
                 return None;
@@ -70,13 +74,13 @@ impl HalfEdges<'_> {
         self.around(edge).map(|edge| self.origin(edge))
     }
 
-    /// The half-edges around the triangle on the left of one.
+    /// The half-edges around the triangle on the left of a half-edge.
     #[inline]
     pub fn around(self, edge: HalfEdge) -> [HalfEdge; 3] {
         [edge, self.next(edge), self.previous(edge)]
     }
 
-    /// The triangle that names the local maximum on the left of a half-edge, with all the sites that lie on its circle.
+    /// The triangle that names the local maximum on the left of a half-edge. All sites on its circle count.
     pub fn name(self, edge: HalfEdge) -> [Located<Slot>; 3] {
         let mut sites = self.corners(edge).to_vec();
         let mut open = self.around(edge).to_vec();

@@ -1,8 +1,10 @@
 //! Measures and exact tests of points, pairs and triangles.
 //!
-//! In: positions. Out: squared half-lengths, circumcircles right to a few units in the last place, and the exact signs
-//! of orientation, angle and in-circle tests. Invariants: every result depends on the positions alone, not on the order in
-//! which they are handed over, and not on which triangulation asks. Must not know: indices, meshes.
+//! In: positions.
+//! Out: circumcircles right to a few units in the last place; the exact signs of orientation, angle and in-circle
+//! tests.
+//! Invariants: results depend on the positions alone, not on the order of the arguments nor on the triangulation.
+//! Must not know: indices, meshes.
 //!
 //! The filters and expansions follow J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust
 //! Geometric Predicates", Discrete & Computational Geometry 18, 1997, sections 2 and 4.
@@ -15,7 +17,7 @@ use crate::topology::cloud::{Position, half_length_squared};
 /// (Shewchuk's bound A of the orientation test, which has the same shape).
 const PRODUCT_SUM_ERROR: f64 = (3.0 + 8.0 * f64::EPSILON) * (f64::EPSILON / 2.0);
 
-/// Share of its two products below which a cross product is taken exactly: above it, rounding costs under 4e-13.
+/// A cross product below this share of its two products is computed exactly. Above it, rounding costs less than 4e-13.
 const CANCELLATION: f64 = 1e-3;
 
 /// A circle of the plane.
@@ -27,20 +29,19 @@ pub struct Circle {
     pub radius_squared: f64,
 }
 
-/// Exact: how the angle a-apex-b compares with a right angle: `Greater` when acute, `Equal` when right, `Less` when obtuse.
-///
-/// This is the sign of a scalar product, hence the sense.
+/// Exact: compares the angle a-apex-b with a right angle. `Greater` when acute, `Equal` when right, `Less` when obtuse:
+/// the sign of the scalar product.
 #[inline]
 pub fn acuteness(a: Position, apex: Position, b: Position) -> Ordering {
     quick_acuteness(a, apex, b).unwrap_or_else(|| sign(exact_dot(a, apex, b)))
 }
 
-/// Exact: whether a triangle has an angle of more than a right one.
+/// Exact: whether a triangle has an obtuse angle.
 pub fn is_obtuse([a, b, c]: [Position; 3]) -> bool {
     [(a, b, c), (b, c, a), (c, a, b)].into_iter().any(|(p, apex, q)| acuteness(p, apex, q) == Ordering::Less)
 }
 
-/// The same where rounding cannot have decided it; none where it may have.
+/// The same where rounding cannot have decided it, else none.
 #[inline]
 pub fn quick_acuteness(a: Position, apex: Position, b: Position) -> Option<Ordering> {
     let xx = (a.x() - apex.x()) * (b.x() - apex.x());
@@ -55,20 +56,20 @@ fn sign(value: f64) -> Ordering {
     (value > 0.0).cmp(&(value < 0.0))
 }
 
-/// What a quick look says about four points on one circle.
+/// The result of a quick test whether four points lie on one circle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cocircular {
-    /// Surely not.
+    /// Certainly not.
     No,
-    /// Too close to call: ask [`are_cocircular`].
+    /// Undecided: ask [`are_cocircular`].
     Perhaps,
-    /// Surely.
+    /// Certainly.
     Yes,
 }
 
-/// Whether `p` and `q`, on either side of the line through `a` and `b`, lie on one circle with them.
+/// A quick test whether `p` and `q`, on either side of the line through `a` and `b`, lie on one circle with them.
 ///
-/// They do when the angles at `p` and `q` sum to two right ones, that is, when their cotangents cancel.
+/// They do if the angles at `p` and `q` sum to two right angles, that is, if their cotangents cancel.
 #[inline]
 pub fn quick_cocircular(a: Position, b: Position, p: Position, q: Position) -> Cocircular {
     let [left, right] = [p, q].map(|apex| {
@@ -90,7 +91,8 @@ pub fn quick_cocircular(a: Position, b: Position, p: Position, q: Position) -> C
     }
 }
 
-/// Whether products of four differences of these points' coordinates are integers that doubles hold exactly: so for pixels.
+/// Whether products of four coordinate differences of these points are integers that doubles hold exactly, as for
+/// pixels.
 fn are_small_integers(a: Position, b: Position, p: Position, q: Position) -> bool {
     let reach = 1024.0;
     [a, b, p, q].iter().all(|v| {
@@ -115,10 +117,10 @@ pub fn are_cocircular(a: Position, b: Position, c: Position, d: Position) -> boo
     robust::incircle(coord(a), coord(b), coord(c), coord(d)) == 0.0
 }
 
-/// Circumcircle of three points in increasing order that are not on one line.
+/// The circumcircle of three points in increasing order that are not collinear.
 ///
-/// The triangle is measured from the vertex of its largest angle, where differences cancel least; a sliver's doubled area
-/// is taken exactly, since rounding would leave nothing of it.
+/// It is computed from the vertex of the largest angle, where differences cancel least. A sliver's doubled area is
+/// computed exactly, since rounding would leave nothing of it.
 pub fn circumcircle(corners: [Position; 3]) -> Circle {
     debug_assert!(corners.is_sorted());
     let [origin, p, q] = from_largest_angle(corners);
@@ -138,7 +140,7 @@ pub fn circumcircle(corners: [Position; 3]) -> Circle {
     }
 }
 
-/// Circumradius, squared, of three points in increasing order that are not on one line. Quicker than [`circumcircle`].
+/// The squared circumradius of three points in increasing order that are not collinear. Faster than [`circumcircle`].
 #[inline]
 pub fn circumradius_squared([a, b, c]: [Position; 3]) -> f64 {
     debug_assert!(a < b && b < c);
@@ -148,11 +150,11 @@ pub fn circumradius_squared([a, b, c]: [Position; 3]) -> f64 {
         cross = exact_cross(a, b, c);
     }
     let [ab, ac, bc] = [(a, b), (a, c), (b, c)].map(|(p, q)| half_length_squared(p, q));
-    // Sides are divided before they are multiplied, so that only a radius that is too large itself overflows.
+    // Division comes before multiplication, so only a radius that is too large itself overflows.
     (ab / cross) * (ac / cross) * (16.0 * bc)
 }
 
-/// The corners with the one opposite the longest side first (the first such, if sides tie).
+/// The corners, the one opposite to the longest side first (the first such, if sides tie).
 fn from_largest_angle([a, b, c]: [Position; 3]) -> [Position; 3] {
     let (bc, ac, ab) = (half_length_squared(b, c), half_length_squared(a, c), half_length_squared(a, b));
     if bc >= ac && bc >= ab {
@@ -168,12 +170,12 @@ fn coord(p: Position) -> robust::Coord<f64> {
     robust::Coord { x: p.x(), y: p.y() }
 }
 
-/// (a - apex) . (b - apex), its sign exact.
+/// (a - apex) . (b - apex); its sign is exact.
 #[cold]
 fn exact_dot(a: Position, apex: Position, b: Position) -> f64 {
     let [ax, ay] = [two_diff(a.x(), apex.x()), two_diff(a.y(), apex.y())];
     let [bx, by] = [two_diff(b.x(), apex.x()), two_diff(b.y(), apex.y())];
-    // Pixels end here: products of such differences are exact, and then the sign of their rounded sum is.
+    // Pixels end here: the products are exact, and so is the sign of their rounded sum.
     let is_short = |difference: [f64; 2]| difference[1] == 0.0 && f64::from(difference[0] as f32) == difference[0];
     if [ax, ay, bx, by].into_iter().all(is_short) {
         return ax[0] * bx[0] + ay[0] * by[0];
@@ -189,11 +191,11 @@ fn exact_cross(origin: Position, p: Position, q: Position) -> f64 {
     exact_product_sum([px, qy], [py, qx])
 }
 
-/// The sum of two products of exact differences, rounded once in effect.
+/// The sum of two products of exact differences, in effect rounded once.
 fn exact_product_sum(first: [[f64; 2]; 2], second: [[f64; 2]; 2]) -> f64 {
     let exact_differences = [first, second].as_flattened().iter().all(|difference| difference[1] == 0.0);
     if exact_differences {
-        // Pixels and other small integers end here: nothing at all was rounded.
+        // Pixels and other small integers end here: nothing was rounded.
         let [left, right] = [first, second].map(|[a, b]| two_product(a[0], b[0]));
         if left[1] == 0.0 && right[1] == 0.0 {
             return left[0] + right[0];
@@ -235,7 +237,7 @@ struct Expansion {
 }
 
 impl Expansion {
-    /// Adds one double exactly, at the price of one more component.
+    /// Adds one double exactly; needs one more component.
     fn add(&mut self, term: f64) {
         let mut carry = term;
         for component in &mut self.components[..self.len] {
@@ -256,7 +258,7 @@ impl Expansion {
         }
     }
 
-    /// The sum, rounded once in effect: components are added from the smallest.
+    /// The sum, in effect rounded once: components are added from the smallest.
     fn value(&self) -> f64 {
         self.components[..self.len].iter().sum()
     }

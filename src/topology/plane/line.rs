@@ -1,7 +1,9 @@
-//! A cloud that lies on one line: its sites in order along it.
+//! A cloud on one line: its sites in order along it.
 //!
-//! In: sites, then changes of the cloud. Out: the neighbours of a position, and the [`Mesh`] of a path. Invariant: a line is left, and said to be, as soon
-//! as a site lies beside it. Must not know: the triangulation library.
+//! In: sites, then changes of the cloud.
+//! Out: the neighbours of a position, and the path as a [`Mesh`].
+//! Invariant: [`Line::step`] returns false as soon as a site lies beside the line.
+//! Must not know: the triangulation library.
 
 use std::collections::BTreeMap;
 use std::ops::Bound;
@@ -15,7 +17,7 @@ use crate::topology::cloud::{Cloud, CloudChange, Located, Position, Slot};
 pub struct Line(BTreeMap<Position, Slot>);
 
 impl Line {
-    /// A line of sites that lie on one.
+    /// The line of some collinear sites.
     pub fn new(sites: impl Iterator<Item = Located<Slot>>) -> Self {
         Self(sites.collect())
     }
@@ -25,15 +27,16 @@ impl Line {
         self.0.len()
     }
 
-    /// The neighbours of a position, whether there is a site or not.
+    /// The sites on either side of a position, whether there is a site or not.
     pub fn neighbours(&self, position: Position) -> [Option<Located<Slot>>; 2] {
         let left = self.0.range(..position).next_back();
         let right = self.0.range((Bound::Excluded(position), Bound::Unbounded)).next();
         [left, right].map(|neighbour| neighbour.map(|(&position, &slot)| (position, slot)))
     }
 
-    /// Follows a change of the cloud, and names each site that has new neighbours. False when the sites do not lie on one line any more.
-    pub fn step(&mut self, cloud: &Cloud, change: &CloudChange, mut has_new_neighbours: impl FnMut(Slot)) -> bool {
+    /// Applies a change of the cloud, and reports each site that has new neighbours. Returns false if the sites are not
+    /// collinear any more.
+    pub fn step(&mut self, cloud: &Cloud, change: &CloudChange, mut on_new_neighbours: impl FnMut(Slot)) -> bool {
         let path = &mut self.0;
         for &slot in &change.vanished {
             path.remove(&cloud.position(slot));
@@ -44,7 +47,7 @@ impl Line {
         }
         for &slot in change.vanished.iter().chain(&change.appeared) {
             let changed = self.neighbours(cloud.position(slot)).into_iter().flatten();
-            changed.for_each(|(_, neighbour)| has_new_neighbours(neighbour));
+            changed.for_each(|(_, neighbour)| on_new_neighbours(neighbour));
         }
         match stayed {
             Some((first, last)) if first < last => {
@@ -65,14 +68,14 @@ impl Line {
         }
     }
 
-    /// Panics when the line contradicts itself or the cloud. For tests.
+    /// Panics when the line is inconsistent or differs from the cloud. For tests.
     pub fn check_invariants(&self, cloud: &Cloud) {
         assert!(lies_on_a_line(self.0.keys().copied()));
         assert!(cloud.vertices().all(|(slot, vertex)| self.0[&vertex.position] == slot));
     }
 }
 
-/// Whether positions lie on one line: so do fewer than three.
+/// Whether positions are collinear, as fewer than three always are.
 pub fn lies_on_a_line(mut positions: impl Iterator<Item = Position>) -> bool {
     let (Some(first), Some(second)) = (positions.next(), positions.next()) else { return true };
     positions.all(|position| are_collinear(first, second, position))

@@ -1,9 +1,10 @@
-//! A Delaunay triangulation as flat arrays: what the filtration reads.
+//! A Delaunay triangulation as flat arrays.
 //!
-//! In: sites, edges and the faces beside them, from [`super::delaunay`]. Out: [`Mesh`], whose indices mean nothing outside
-//! it. Invariants: face 0 is the outer face; every edge names its two ends and the faces left and right of it; on a cloud
-//! of fewer than three sites, or all on one line, face 0 is the only face and the edges are the path along the line. Must
-//! not know: the triangulation library, scales.
+//! In: sites, edges and the faces beside them, from [`super::delaunay`].
+//! Out: a [`Mesh`]. Its indices mean nothing outside it.
+//! Invariants: face 0 is the outer face. Every edge names its two ends and the faces on its left and right. For a cloud
+//! of fewer than three sites, or on one line, face 0 is the only face and the edges are the path along the line.
+//! Must not know: the triangulation library, scales.
 
 use crate::topology::base::{in_order, ordinal};
 use crate::topology::cloud::{Position, Slot};
@@ -20,9 +21,9 @@ pub struct MeshEdge {
     pub faces: [u32; 2],
 }
 
-/// What names a triangle: the sum of its corners and one of its edges, which together give the three corners.
+/// A triangle: the sum of its corners and one of its edges, which together give the three corners.
 ///
-/// Both can be filled while streaming over the edges, which a list of corners cannot.
+/// Both can be filled while streaming over the edges; a list of corners cannot.
 #[derive(Clone, Copy, Debug, Default)]
 struct Face {
     corner_sum: u32,
@@ -39,7 +40,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Empties the mesh, and makes room for so many sites, edges and faces (the outer face among them).
+    /// Empties the mesh and makes room for this number of sites, edges and faces (including the outer face).
     pub fn reset(&mut self, sites: usize, edges: usize, faces: usize) {
         let Self { positions, slots, edges: old_edges, faces: old_faces } = self;
         positions.clear();
@@ -52,7 +53,7 @@ impl Mesh {
         old_faces.resize(faces.max(1), Face::default());
     }
 
-    /// Adds a site; sites are numbered as they come.
+    /// Adds a site. Sites are numbered in order of addition.
     #[inline]
     pub fn push_site(&mut self, position: Position, slot: Slot) {
         self.positions.push(position);
@@ -78,7 +79,7 @@ impl Mesh {
         &self.positions
     }
 
-    /// Where the cloud keeps each site.
+    /// The slot of each site.
     #[inline]
     pub fn slots(&self) -> &[Slot] {
         &self.slots
@@ -90,7 +91,7 @@ impl Mesh {
         &self.edges
     }
 
-    /// Number of faces, the outer face among them.
+    /// The number of faces, including the outer face.
     #[inline]
     pub fn face_count(&self) -> usize {
         self.faces.len()
@@ -102,7 +103,7 @@ impl Mesh {
         self.positions[site as usize]
     }
 
-    /// The corner of triangle `face` that is not an end of `edge`, one of its three edges.
+    /// The corner of triangle `face` that is not an end of `edge`, which is one of its edges.
     #[inline]
     pub fn opposite(&self, face: u32, edge: &MeshEdge) -> u32 {
         let [a, b] = edge.ends;
@@ -116,8 +117,8 @@ impl Mesh {
         self.by_position([edge.ends[0], edge.ends[1], self.opposite(face, edge)])
     }
 
-    /// What an edge, `edges()[index]`, sees on one side: the corner opposite to it (one of its own ends, on the outer face), and whether it is the last of the
-    /// triangle's three edges.
+    /// The corner opposite to an edge, `edges()[index]`, on one side (an end of the edge, on the outer face), and
+    /// whether the edge is the last of that triangle's three edges.
     #[inline]
     pub fn across(&self, index: u32, edge: &MeshEdge, side: usize) -> (u32, bool) {
         let face = &self.faces[edge.faces[side] as usize];
@@ -129,7 +130,7 @@ impl Mesh {
     /// Three sites in order of position.
     #[inline]
     pub fn by_position(&self, [mut a, mut b, mut c]: [u32; 3]) -> [u32; 3] {
-        // Selections rather than branches: which is smaller is anybody's guess.
+        // Selections instead of branches: the outcome cannot be predicted.
         let swap = |first: &mut u32, second: &mut u32| {
             let (p, q) = (self.position(*first), self.position(*second));
             let wrong = (q.x() < p.x()) | ((q.x() == p.x()) & (q.y() < p.y()));
@@ -141,7 +142,7 @@ impl Mesh {
         [a, b, c]
     }
 
-    /// Of each site: its place in the order of positions.
+    /// The place of each site in the order of positions.
     pub fn places_by_position(&self) -> Vec<u32> {
         let coordinate = |site: u32, axis: usize| ordinal(self.position(site).xy()[axis]);
         let order = in_order(self.positions.len(), |site| coordinate(site, 0), |site| coordinate(site, 1));

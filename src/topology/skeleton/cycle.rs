@@ -1,18 +1,20 @@
 //! The cycle of a dot: its critical edge, closed by the tree path between the edge's ends.
 //!
-//! In: a [`Skeleton`], then dots of it. Out: closed vertex loops. Invariants: a loop has at least three vertices, all different;
-//! it begins at its smallest vertex by position and goes on to the smaller of that one's two neighbours, so it depends on the
-//! cloud alone; it costs time in proportion to its length, and nothing here recurses, however long a path is. Must not
-//! know: the triangulation, views.
+//! In: a [`Skeleton`] and dots of it.
+//! Out: closed vertex loops.
+//! Invariants: a loop has at least three vertices, all different. It begins at its smallest vertex by position and goes
+//! on to the smaller of that one's neighbours, so it depends on the cloud alone. The cost is proportional to its
+//! length. Nothing recurses, however long a path is.
+//! Must not know: how skeletons are found, views.
 
 use super::hopes::{Dot, Skeleton};
 
-/// The minimum spanning tree of a skeleton, rooted, so that paths in it can be found by climbing.
+/// The minimum spanning tree of a skeleton, with a root, so that a path is found by going up from both ends.
 #[derive(Clone, Debug)]
 pub struct Cycles {
-    /// Of each vertex: the next one on the way to the root, which is its own.
+    /// The parent of each vertex; the root is its own parent.
     parent: Vec<u32>,
-    /// Of each vertex: number of steps to the root.
+    /// The number of edges between each vertex and the root.
     depth: Vec<u32>,
 }
 
@@ -21,7 +23,7 @@ impl Cycles {
     pub fn new(skeleton: &Skeleton) -> Self {
         let (parent, order) = strip_leaves(skeleton);
         let mut depth = vec![0; parent.len()];
-        // A vertex goes before its parent, so on the way back parents come first.
+        // Vertices are in order before their parents, so in reverse order parents come first.
         for &vertex in order.iter().rev() {
             let above = parent[vertex as usize];
             if above != vertex {
@@ -31,8 +33,8 @@ impl Cycles {
         Self { parent, depth }
     }
 
-    /// The cycle of a dot of the skeleton that this was made of, as places in [`Skeleton::vertices`]; the first one is not
-    /// repeated at the end.
+    /// The cycle of a dot of the same skeleton, as places in [`Skeleton::vertices`]. The first vertex is not repeated
+    /// at the end.
     pub fn cycle(&self, skeleton: &Skeleton, dot: &Dot) -> Vec<u32> {
         let [a, b] = dot.edge;
         let mut cycle = self.path(a, b);
@@ -45,12 +47,12 @@ impl Cycles {
         cycle
     }
 
-    /// The path in the tree from `a` to `b`, both among it.
+    /// The path in the tree from `a` to `b`, both included.
     fn path(&self, a: u32, b: u32) -> Vec<u32> {
         let (mut from_a, mut from_b) = (vec![a], vec![b]);
         let (mut a, mut b) = (a, b);
         while a != b {
-            // The deeper one climbs; it cannot pass the vertex where the two ways meet.
+            // The deeper end goes up, so neither can pass the vertex where the two paths meet.
             if self.depth[a as usize] >= self.depth[b as usize] {
                 a = self.parent[a as usize];
                 from_a.push(a);
@@ -65,11 +67,11 @@ impl Cycles {
     }
 }
 
-/// Takes leaves off the tree until one vertex is left, the root. Gives the parent of each vertex and the order in which they went.
+/// Removes leaves until one vertex is left, the root. Returns the parent of each vertex and the order of removal.
 fn strip_leaves(skeleton: &Skeleton) -> (Vec<u32>, Vec<u32>) {
     let count = skeleton.vertices().len();
     let mut degree = vec![0_u32; count];
-    // Exclusive or of the neighbours that are left: of a leaf, its only neighbour.
+    // The exclusive or of the neighbours that are left; for a leaf, its only neighbour.
     let mut parent = vec![0_u32; count];
     for &[a, b] in skeleton.tree() {
         for (vertex, neighbour) in [(a, b), (b, a)] {
@@ -123,7 +125,8 @@ mod tests {
         let rooms = skeleton_of(&[[0.0, 0.0], [2.0, 0.0], [5.0, 0.0], [0.0, 2.0], [2.0, 2.0], [5.0, 2.0]]);
         let cycles = cycles(&rooms);
         assert_eq!(places(&rooms, &cycles[0]), [[0.0, 0.0], [0.0, 2.0], [2.0, 2.0], [2.0, 0.0]]);
-        // The wall between the rooms is critical itself, being the last of its length, so the larger cycle passes around both.
+        // The wall between the rooms is the last edge of its length, so it is critical, and the larger cycle passes
+        // around both.
         let around = [[0.0, 0.0], [0.0, 2.0], [2.0, 2.0], [5.0, 2.0], [5.0, 0.0], [2.0, 0.0]];
         assert_eq!(places(&rooms, &cycles[1]), around);
     }
@@ -136,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn trees_and_less_have_none() {
+    fn clouds_without_dots_have_no_cycles() {
         for points in [&[][..], &[[1.0, 2.0]], &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]] {
             assert_eq!(cycles(&skeleton_of(points)), Vec::<Vec<u32>>::new());
         }

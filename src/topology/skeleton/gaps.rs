@@ -1,8 +1,10 @@
-//! The widest gaps of a persistence diagram, and the subdiagrams they cut out: DS_k, ds_k, VS_{k,l}, vs_{k,l}.
+//! The widest gaps of a persistence diagram, and the subdiagrams that they select: DS_k, ds_k, VS_{k,l}, vs_{k,l}.
 //!
-//! In: the dots of a [`Skeleton`]. Out: ranked gaps, [`Selection`]s. Invariants: values within 1e-12 of the largest death are one
-//! line, widths within it are equal; of equal widths the lower (or left) gap counts as wider; a rank beyond the number of gaps
-//! means the last one. Must not know: edges, views.
+//! In: the dots of a [`Skeleton`].
+//! Out: ranked gaps and [`Selection`]s.
+//! Invariants: values within 1e-12 of the largest death count as one; so do widths. Of equal widths, the lower (or
+//! left) gap is the wider. A rank beyond the number of gaps means the last gap.
+//! Must not know: edges, views.
 //!
 //! V. Kurlin 2015, Definitions 10 and 12 (with ds_k the upper side of the gap), margins of Propositions 11 and 13.
 
@@ -24,7 +26,7 @@ pub struct Gap {
 }
 
 impl Gap {
-    /// How wide it is.
+    /// Its width.
     pub fn width(&self) -> f64 {
         self.high - self.low
     }
@@ -37,19 +39,19 @@ pub struct Selection {
     pub diagonal: Vec<Gap>,
     /// The l widest vertical gaps of DS_k, the widest first (all of them, if there are fewer).
     pub vertical: Vec<Gap>,
-    /// ds_k: the smallest persistence in DS_k; none without dots.
+    /// ds_k: the smallest persistence in DS_k. None without dots.
     pub ds: Option<f64>,
     /// vs_{k,l}: +infinity without dots.
     pub vs: f64,
-    /// Size of DS_k, which is a prefix of the dots.
+    /// The size of DS_k, which is a prefix of the dots.
     pub ds_count: usize,
-    /// Places of VS_{k,l} among the dots, in order.
+    /// The places of VS_{k,l} among the dots, in order.
     pub vs_dots: Vec<u32>,
-    /// How far the choice is from another one.
+    /// How much noise the choice withstands.
     pub margins: Margins,
 }
 
-/// How much noise (as a bound on the perturbation of every point) leaves a selection as it is.
+/// The noise (a bound on the perturbation of every point) that leaves a selection unchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Margins {
     /// (|dgap_k| - |dgap_{k+1}|) / 8, Proposition 11; a gap that is not there has width 0. None without dots.
@@ -63,7 +65,7 @@ pub fn diagonal_gaps(skeleton: &Skeleton) -> Vec<Gap> {
     ranked(sorted_strips(skeleton), usize::MAX, tolerance(skeleton))
 }
 
-/// All vertical gaps of DS_k, the widest first; the strip right of all births is the first.
+/// All vertical gaps of DS_k, the widest first. The first is the strip right of all births.
 pub fn vertical_gaps(skeleton: &Skeleton, k: NonZeroU32) -> Vec<Gap> {
     let (_, dots) = subdiagram(skeleton, k);
     ranked(vertical_strips(dots.iter().map(|dot| dot.birth), tolerance(skeleton)), usize::MAX, tolerance(skeleton))
@@ -106,11 +108,11 @@ pub fn selection_of(
     }
 }
 
-/// The k + 1 widest diagonal gaps, and DS_k: the dots above the lowest of the first k.
+/// The k + 1 widest diagonal gaps, and DS_k: the dots above the lowest of the first k gaps.
 fn subdiagram(skeleton: &Skeleton, k: NonZeroU32) -> (Vec<Gap>, Cow<'_, [Dot]>) {
     let (k, tolerance) = (k.get() as usize, tolerance(skeleton));
-    let persistences = skeleton.found().iter().map(Dot::persistence);
-    let gaps = widest_at_sight(persistences, k + 1, tolerance)
+    let persistences = skeleton.unsorted_dots().iter().map(Dot::persistence);
+    let gaps = widest_unsorted(persistences, k + 1, tolerance)
         .unwrap_or_else(|| ranked(sorted_strips(skeleton), k + 1, tolerance));
     let ds = lowest(&gaps[..k.min(gaps.len())]).map_or(f64::INFINITY, |gap| gap.high);
     (gaps, skeleton.most_persistent(ds))
@@ -142,21 +144,23 @@ pub fn diagonal_strips(ascending: impl Iterator<Item = f64>, tolerance: f64) -> 
     strips_between(std::iter::once(0.0).chain(ascending), tolerance)
 }
 
-/// Strips between ascending values alone.
+/// Strips between ascending values only.
 pub fn strips_between(ascending: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Item = Gap> {
     let mut lines = lines(ascending, tolerance);
     let mut below = lines.next().map_or(0.0, |(_, high)| high);
     lines.map(move |(low, high)| Gap { low: std::mem::replace(&mut below, high), high: low })
 }
 
-/// So many persistences share a bucket, on average.
+/// The average number of persistences in a bucket.
 const BUCKET: usize = 16;
 
-/// The `count` widest diagonal gaps of persistences in any order, if they can be told without sorting: in linear time, little memory.
+/// The `count` widest diagonal gaps of unsorted persistences, where they can be found without sorting: in linear time,
+/// with little memory.
 ///
-/// The range is cut into buckets of one width, of which only the lowest and highest value are kept. No gap inside a bucket is wider than it, so
-/// gaps between buckets that all are wider are the ones.
-fn widest_at_sight(
+/// The range is cut into buckets of equal width, of which only the lowest and the highest value are stored. No gap
+/// inside a bucket is wider than the bucket. So if `count` gaps between buckets are wider than a bucket, these are the
+/// widest.
+fn widest_unsorted(
     values: impl ExactSizeIterator<Item = f64> + Clone,
     count: usize,
     tolerance: f64,
@@ -165,19 +169,19 @@ fn widest_at_sight(
     let scale = buckets as f64 / values.clone().fold(0.0, f64::max);
     let mut spans = vec![(f64::INFINITY, f64::NEG_INFINITY); buckets];
     for value in values {
-        // Monotone even where rounded, and NaN goes to the first.
+        // Monotone even where rounded. NaN goes to the first bucket.
         let (low, high) = &mut spans[((value * scale) as usize).min(buckets - 1)];
         (*low, *high) = (low.min(value), high.max(value));
     }
     let ends = spans.into_iter().filter(|(low, high)| low <= high).flat_map(|(low, high)| [low, high]);
     let gaps = ranked(diagonal_strips(ends, tolerance), count, tolerance);
     let inside = (1.0 + TOLERANCE) / scale + tolerance;
-    // Gaps are in order but for ties, so the last may be wider than some by the tolerance.
+    // Gaps are in order except for ties, so the last one may be wider than others by the tolerance.
     let are_between = gaps.len() == count && gaps.last().is_some_and(|gap| gap.width() - tolerance > inside);
     are_between.then_some(gaps)
 }
 
-/// Strips between neighbouring births, and the one right of them all.
+/// Strips between neighbouring births, and the strip right of them all.
 fn vertical_strips(births: impl Iterator<Item = f64>, tolerance: f64) -> Vec<Gap> {
     let mut births: Vec<f64> = births.collect();
     births.sort_unstable_by(f64::total_cmp);
@@ -191,7 +195,7 @@ fn vertical_strips(births: impl Iterator<Item = f64>, tolerance: f64) -> Vec<Gap
     gaps
 }
 
-/// Ascending values as lines: the first and last value of every run whose steps are within the tolerance.
+/// Ascending values as lines: the first and the last value of every run whose steps are within the tolerance.
 fn lines(values: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Item = (f64, f64)> {
     let mut values = values.peekable();
     std::iter::from_fn(move || {
@@ -204,7 +208,8 @@ fn lines(values: impl Iterator<Item = f64>, tolerance: f64) -> impl Iterator<Ite
     })
 }
 
-/// The `count` widest gaps (given from low to high), the widest first; of equal widths the lower is the wider.
+/// The `count` widest gaps, the widest first; of equal widths the lower gap is the wider. `gaps` are given from low to
+/// high.
 pub fn ranked(gaps: impl IntoIterator<Item = Gap>, count: usize, tolerance: f64) -> Vec<Gap> {
     let mut gaps = widest(gaps.into_iter(), count, tolerance);
     gaps.sort_by(|a, b| b.width().total_cmp(&a.width()));
@@ -220,35 +225,35 @@ pub fn ranked(gaps: impl IntoIterator<Item = Gap>, count: usize, tolerance: f64)
     gaps
 }
 
-/// So many gaps are held before those that are too narrow are dropped.
-const HELD: usize = 1024;
+/// The number of gaps that are buffered before narrow ones are dropped.
+const BUFFERED: usize = 1024;
 
-/// Gaps in order, without most of those that cannot be among the `count` widest; in linear time.
+/// Gaps in order, without most of those that cannot be among the `count` widest. Linear time.
 fn widest(gaps: impl Iterator<Item = Gap>, count: usize, tolerance: f64) -> Vec<Gap> {
-    let mut held: Vec<Gap> = Vec::new();
-    let (mut limit, mut full) = (f64::NEG_INFINITY, HELD.max(count.saturating_mul(2)));
+    let mut kept: Vec<Gap> = Vec::new();
+    let (mut limit, mut full) = (f64::NEG_INFINITY, BUFFERED.max(count.saturating_mul(2)));
     for gap in gaps {
         if gap.width() < limit {
             continue;
         }
-        held.push(gap);
-        if held.len() >= full {
-            limit = keep_widest(&mut held, count, tolerance);
-            full = held.len().saturating_mul(2).max(full);
+        kept.push(gap);
+        if kept.len() >= full {
+            limit = keep_widest(&mut kept, count, tolerance);
+            full = kept.len().saturating_mul(2).max(full);
         }
     }
-    keep_widest(&mut held, count, tolerance);
-    held
+    keep_widest(&mut kept, count, tolerance);
+    kept
 }
 
-/// Drops, in linear time, gaps that cannot be among the `count` widest; gives the width below which none can.
+/// Drops gaps that cannot be among the `count` widest, in linear time. Returns the width below which no gap can be.
 fn keep_widest(gaps: &mut Vec<Gap>, count: usize, tolerance: f64) -> f64 {
     if count >= gaps.len() {
         return f64::NEG_INFINITY;
     }
     let mut widths: Vec<f64> = gaps.iter().map(Gap::width).collect();
     let (_, &mut last, _) = widths.select_nth_unstable_by(count, |a, b| b.total_cmp(a));
-    // Equals of the last one wanted must stay for the tie to be broken; an infinite limit keeps infinite widths.
+    // Gaps as wide as the last one must stay, so that the tie can be decided. An infinite limit keeps infinite widths.
     let limit = last - 2.0 * tolerance;
     gaps.retain(|gap| gap.width() >= limit);
     limit
@@ -268,9 +273,9 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(1000))]
 
         #[test]
-        fn what_is_told_at_sight_is_what_sorting_tells(mut values in persistences(), count in 1..8_usize) {
+        fn widest_unsorted_equals_widest_sorted(mut values in persistences(), count in 1..8_usize) {
             let tolerance = TOLERANCE * values.iter().copied().fold(0.0, f64::max);
-            let at_sight = widest_at_sight(values.iter().copied(), count, tolerance);
+            let at_sight = widest_unsorted(values.iter().copied(), count, tolerance);
             values.sort_unstable_by(f64::total_cmp);
             if let Some(gaps) = at_sight {
                 prop_assert_eq!(gaps, ranked(diagonal_strips(values.into_iter(), tolerance), count, tolerance));
@@ -279,12 +284,12 @@ mod tests {
     }
 
     #[test]
-    fn clear_gaps_are_told_at_sight() {
+    fn clear_gaps_are_found_without_sorting() {
         let noise = (0..1000).map(|step| f64::from(step) * 1e-5);
         let values: Vec<f64> = noise.chain([0.5, 1.0, 1.75]).collect();
-        let gaps = widest_at_sight(values.iter().copied(), 3, 1e-12).expect("they are clear");
+        let gaps = widest_unsorted(values.iter().copied(), 3, 1e-12).expect("they are clear");
         assert_eq!(gaps.iter().map(|gap| gap.high).collect::<Vec<_>>(), [1.75, 1.0, 0.5]);
-        assert_eq!(widest_at_sight(values.iter().copied(), 4, 1e-12), None);
-        assert_eq!(widest_at_sight([].into_iter(), 1, 0.0), None);
+        assert_eq!(widest_unsorted(values.iter().copied(), 4, 1e-12), None);
+        assert_eq!(widest_unsorted([].into_iter(), 1, 0.0), None);
     }
 }

@@ -1,12 +1,14 @@
 //! HoPeS(C): the minimum spanning tree of the cloud and its critical edges with their labels.
 //!
-//! In: the vertices of a cloud (by id) and a [`Mesh`] of them. Out: a [`Skeleton`], the whole answer for one frame, from which every
-//! view is cut. Invariants: it depends on the cloud alone (ids name vertices and order the lists, nothing else); tree edges
-//! are in order of their ends; dots are by persistence, largest first, equal ones by their edges; every dot's
-//! persistence exceeds 1e-12 of its death. Must not know: parameters of views, streams.
+//! In: the vertices of a cloud by id, edges of the tree, dots.
+//! Out: a [`Skeleton`], from which every view of a frame is cut.
+//! Invariants: it depends on the cloud alone; ids only name vertices and order the lists. Tree edges are in order of
+//! their ends. Dots are in order of persistence, largest first, equal ones in order of their edges. The persistence of
+//! every dot exceeds 1e-12 of its death.
+//! Must not know: parameters of views, streams, how it is found.
 //!
 //! V. Kurlin, "A one-dimensional homologically persistent skeleton of an unstructured point cloud in any metric space",
-//! Computer Graphics Forum 34(5), 2015, Definition 7; scales are radii.
+//! Computer Graphics Forum 34(5), 2015, Definition 7. Scales are radii.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
@@ -15,10 +17,10 @@ use super::named::{Critical, EdgeId};
 use crate::topology::base::{compensated_sum, in_order, ordinal, pair_key, sort_by_key};
 use crate::topology::cloud::{Vertex, distance, half_length_squared};
 
-/// An edge of a skeleton: indices of its ends in [`Skeleton::vertices`], the smaller first.
+/// An edge of a skeleton: the places of its ends in [`Skeleton::vertices`], the smaller first.
 pub type Edge = [u32; 2];
 
-/// A point of the 1-dimensional persistence diagram, with the critical edge and the hole that it labels.
+/// A dot of the 1-dimensional persistence diagram, with its critical edge and the triangle that kills it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dot {
     /// The scale at which the cycle is born: half the length of the critical edge.
@@ -27,7 +29,7 @@ pub struct Dot {
     pub death: f64,
     /// The critical edge.
     pub edge: Edge,
-    /// The triangle whose filling kills the dot, by position.
+    /// The triangle whose filling kills the dot, its corners in order of position.
     pub triangle: [u32; 3],
 }
 
@@ -39,12 +41,12 @@ impl Dot {
     }
 }
 
-/// Where a dot's hole is: the last of it to be filled.
+/// The last point of a dot's hole to be filled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hole {
-    /// The point that is filled last.
+    /// The point.
     pub center: [f64; 2],
-    /// The scale at which it is filled: the dot's death.
+    /// The scale at which it is filled: the death of the dot.
     pub radius: f64,
 }
 
@@ -53,9 +55,9 @@ pub struct Hole {
 pub struct Skeleton {
     vertices: Vec<Vertex>,
     tree: Vec<Edge>,
-    /// Dots as they were found.
-    found: Vec<Dot>,
-    /// The same in order, once somebody has asked for all of them.
+    /// The dots in the order in which they were found.
+    unsorted: Vec<Dot>,
+    /// The dots in order; computed at the first request for all of them.
     dots: OnceLock<Vec<Dot>>,
 }
 
@@ -66,15 +68,15 @@ impl PartialEq for Skeleton {
 }
 
 impl Skeleton {
-    /// A skeleton from its parts: vertices by id, edges of the tree and dots in any order.
-    pub(crate) fn from_parts(vertices: Vec<Vertex>, mut tree: Vec<Edge>, found: Vec<Dot>) -> Self {
+    /// A skeleton of vertices by id, and of tree edges and dots in any order.
+    pub(crate) fn from_parts(vertices: Vec<Vertex>, mut tree: Vec<Edge>, unsorted: Vec<Dot>) -> Self {
         sort_by_key(&mut tree, |&edge| pair_key(edge, vertices.len()));
-        Self::from_sorted(vertices, tree, found)
+        Self::from_sorted(vertices, tree, unsorted)
     }
 
-    /// The same with the tree in order.
-    pub(crate) fn from_sorted(vertices: Vec<Vertex>, tree: Vec<Edge>, found: Vec<Dot>) -> Self {
-        Self { vertices, tree, found, dots: OnceLock::new() }
+    /// The same with tree edges that are in order.
+    pub(crate) fn from_sorted(vertices: Vec<Vertex>, tree: Vec<Edge>, unsorted: Vec<Dot>) -> Self {
+        Self { vertices, tree, unsorted, dots: OnceLock::new() }
     }
 
     /// An edge by the ids of its ends.
@@ -82,12 +84,12 @@ impl Skeleton {
         edge.map(|vertex| self.vertices[vertex as usize].id)
     }
 
-    /// A dot's critical edge by ids, with its label.
+    /// The critical edge of a dot by ids, with its label.
     pub(crate) fn critical(&self, dot: &Dot) -> Critical {
         Critical { edge: self.edge_id(dot.edge), birth: dot.birth, death: dot.death }
     }
 
-    /// The first difference from another skeleton, in words; none, if they are the same.
+    /// The first difference from another skeleton in words; none if they are equal.
     pub(crate) fn compare(&self, other: &Self) -> Option<String> {
         first_difference("vertex", self.vertices(), other.vertices())
             .or_else(|| first_difference("tree edge", self.tree(), other.tree()))
@@ -104,21 +106,22 @@ impl Skeleton {
         &self.tree
     }
 
-    /// Dots of the persistence diagram with their critical edges, the most persistent first. They are sorted when first asked for.
+    /// The dots of the persistence diagram with their critical edges, the most persistent first. They are sorted at the
+    /// first call.
     pub fn dots(&self) -> &[Dot] {
-        self.dots.get_or_init(|| by_persistence(&self.found, self.vertices.len()))
+        self.dots.get_or_init(|| by_persistence(&self.unsorted, self.vertices.len()))
     }
 
-    /// The same in any order, at once.
-    pub(crate) fn found(&self) -> &[Dot] {
-        &self.found
+    /// The dots in any order, without sorting.
+    pub(crate) fn unsorted_dots(&self) -> &[Dot] {
+        &self.unsorted
     }
 
-    /// The dots of at least some persistence, in order: the first ones of [`dots`](Self::dots), without the cost of sorting all.
+    /// The dots of at least this persistence, in order: a prefix of [`dots`](Self::dots), without sorting all of them.
     pub(crate) fn most_persistent(&self, least: f64) -> Cow<'_, [Dot]> {
         if self.dots.get().is_none() {
-            let few: Vec<Dot> = self.found.iter().filter(|dot| dot.persistence() >= least).copied().collect();
-            if few.len() <= self.found.len() / 2 {
+            let few: Vec<Dot> = self.unsorted.iter().filter(|dot| dot.persistence() >= least).copied().collect();
+            if few.len() <= self.unsorted.len() / 2 {
                 return by_persistence(&few, self.vertices.len()).into();
             }
         }
@@ -128,10 +131,10 @@ impl Skeleton {
 
     /// The largest death; 0 without dots.
     pub fn largest_death(&self) -> f64 {
-        self.found.iter().map(|dot| dot.death).fold(0.0, f64::max)
+        self.unsorted.iter().map(|dot| dot.death).fold(0.0, f64::max)
     }
 
-    /// Length of an edge.
+    /// The length of an edge.
     pub fn length(&self, edge: Edge) -> f64 {
         let [a, b] = edge.map(|v| self.vertices[v as usize].position);
         distance(a, b)
@@ -144,7 +147,7 @@ impl Skeleton {
         half_length_squared(a, b).sqrt()
     }
 
-    /// Length of the minimum spanning tree.
+    /// The length of the minimum spanning tree.
     pub fn tree_length(&self) -> f64 {
         compensated_sum(self.tree.iter().map(|&edge| self.length(edge)))
     }

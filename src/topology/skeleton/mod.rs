@@ -1,4 +1,8 @@
 //! What a skeleton is, whatever space it came from: dots, tree, gaps, views, cycles, simplification, ranking.
+//!
+//! In: vertices, tree edges and dots.
+//! Out: skeletons, and what is derived from one skeleton alone.
+//! Must not know: triangulations, how skeletons are found, frames.
 
 mod cycle;
 pub mod gaps;

@@ -1,6 +1,8 @@
-//! Elements of a skeleton by the ids of their vertices, which last from frame to frame.
+//! Elements of a skeleton by the ids of their vertices, which are valid over frames.
 //!
-//! In: nothing. Out: the types that frames, tracks and consumers name elements by. Must not know: how skeletons are found, places in lists.
+//! In: nothing.
+//! Out: the types by which frames, tracks and consumers name elements.
+//! Must not know: places in lists, how skeletons are found.
 
 use crate::topology::cloud::VertexId;
 
@@ -18,7 +20,7 @@ pub struct Critical {
     pub death: f64,
 }
 
-/// An edge of the minimum spanning tree and the scale at which it enters.
+/// An edge of the minimum spanning tree, and the scale at which it enters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeEdgeId {
     /// Its ends.

@@ -1,7 +1,10 @@
-//! The most persistent dots of a frame, with their holes, by ids.
+//! The most persistent dots of a frame with their holes, by ids.
 //!
-//! In: a skeleton, whole or in tiles, and how many dots are wanted. Out: a [`Ranking`]. Invariants: the most persistent first, equal ones by their critical edges; the first ones of a
-//! longer ranking are the shorter ranking. Must not know: views, formats.
+//! In: dots, with functions that give their persistence, name and hole.
+//! Out: a [`Ranking`].
+//! Invariants: the most persistent first, equal ones in order of their critical edges. A shorter ranking is a prefix of
+//! a longer one.
+//! Must not know: views, formats, how holes are found.
 
 use std::cmp::Ordering;
 
@@ -13,23 +16,23 @@ use super::named::Critical;
 pub struct RankedDot {
     /// The critical edge and its label.
     pub critical: Critical,
-    /// Where it is filled.
+    /// The last point of its hole to be filled.
     pub hole: Hole,
 }
 
 /// The most persistent dots of a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ranking {
-    /// Number of the frame.
+    /// The number of the frame.
     pub number: u64,
-    /// How many dots there are in all.
+    /// The number of all dots.
     pub total: usize,
     /// The most persistent first.
     pub dots: Vec<RankedDot>,
 }
 
 impl Ranking {
-    /// The first ones of some dots, given their persistence, name and hole. Only those that may be among the first are given a name, and only these a hole.
+    /// The first `most` dots. `name` is called only for dots that may be among them, `hole` only for those that are.
     pub(crate) fn new<D>(
         number: u64,
         dots: Vec<D>,
@@ -44,7 +47,7 @@ impl Ranking {
     }
 }
 
-/// The number of all dots, and the first ones in order. Only those that may be among them are given a name.
+/// The number of all dots, and the first ones in order. `name` is called only for dots that may be among them.
 fn first<D>(
     mut dots: Vec<D>,
     most: usize,

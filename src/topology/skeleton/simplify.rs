@@ -1,13 +1,16 @@
-//! The simplified skeleton: a view with its short edges collapsed, as far as no cycle is lost.
+//! The simplified skeleton: a view whose short edges are collapsed as far as no cycle is lost.
 //!
-//! In: a [`Skeleton`], a [`View`] of it, and a threshold (a radius). Out: a [`Simplified`] graph. Invariants: it has as many
-//! components and as many independent cycles as the view, no loops and no parallel edges, so every cycle keeps at least three
-//! edges; an edge of half-length below the threshold is left only where its ends share a neighbour; the answer depends on
-//! the positions alone, not on how vertices are numbered. Must not know: gaps, and where the threshold comes from.
+//! In: a [`Skeleton`], a [`View`] of it, and a threshold (a radius).
+//! Out: a [`Simplified`] graph.
+//! Invariants: it has as many components and independent cycles as the view, no loops and no parallel edges; so every
+//! cycle keeps at least three edges. An edge of half-length below the threshold is left only where its ends share a
+//! neighbour. The result depends on positions alone, not on how vertices are numbered.
+//! Must not know: gaps, where the threshold comes from.
 //!
-//! Cost: O(log m) for each edge whose length changes, of m in all. A collapse that moves a vertex changes all of that vertex' edges, so
-//! a hub with nothing but tips around it would cost the square of its degree; but an end of degree 2 does not move a hub, and
-//! tips hang on edges of the minimum spanning tree, which leave a vertex at least a sixth of a turn apart.
+//! Cost: O(log m) for each edge whose length changes, of m edges in all. A collapse that moves a vertex changes all
+//! edges of that vertex. A hub with nothing but tips around it would therefore cost the square of its degree. But an
+//! end of degree 2 does not move a hub, and tips hang on edges of the minimum spanning tree, which leave a vertex at
+//! least a sixth of a turn apart.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::{BTreeMap, BinaryHeap};
@@ -17,22 +20,22 @@ use super::view::View;
 
 type Point = [f64; 2];
 
-/// A graph in the plane that is simpler than the view it was made of.
+/// A simplified view: a graph in the plane.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Simplified {
-    /// Where the vertices are, in order (x, then y).
+    /// The positions of the vertices, in order (x, then y).
     pub positions: Vec<Point>,
     /// Edges as places in `positions`, the smaller end first, in order.
     pub edges: Vec<Edge>,
-    /// Of each vertex of the skeleton: the place in `positions` of the vertex that it has become part of.
+    /// For each vertex of the skeleton: the place in `positions` of the vertex that it was merged into.
     pub image: Vec<u32>,
 }
 
-/// Collapses the shortest edge of a view, again and again, while its half-length is below `threshold` (a radius).
+/// Collapses the shortest edge of a view repeatedly, while its half-length is below `threshold` (a radius).
 ///
-/// The merged vertex sits at the midpoint, except that an end of degree other than 2 beats an end of degree 2 and stays where
-/// it is. An edge whose collapse would make a loop or a parallel edge stays. Edges of equal length go in the order of
-/// their smaller ends, by x, then y, then of their larger ends.
+/// The merged vertex is at the midpoint. But if one end has degree 2 and the other has not, it is at the other. An edge
+/// whose collapse would make a loop or a parallel edge stays. Edges of equal length are taken in the order of their
+/// smaller ends, by x, then y, then of their larger ends.
 pub fn simplify(skeleton: &Skeleton, view: &View, threshold: f64) -> Simplified {
     let vertices = skeleton.vertices();
     let mut by_position: Vec<u32> = (0..vertices.len() as u32).collect();
@@ -49,25 +52,25 @@ pub fn simplify(skeleton: &Skeleton, view: &View, threshold: f64) -> Simplified 
     graph.simplified(&rank)
 }
 
-/// The stamp of an edge that is gone, or that will never be collapsed.
+/// The stamp of an edge that is gone or will never be collapsed.
 const SETTLED: u32 = u32::MAX;
 
-/// A graph that shrinks. Its vertices and edges are numbered by their first positions, so that the last resort of every tie,
-/// the number, means the same in every numbering of the cloud.
+/// A graph that shrinks. Vertices and edges are numbered by their first positions, so that the last tie-breaker, the
+/// number, does not depend on the numbering of the cloud.
 struct Graph {
     threshold: f64,
     positions: Vec<Point>,
-    /// Of each vertex that is left: its neighbours, and the edges to them.
+    /// The neighbours of each remaining vertex, and the edges to them.
     adjacent: Vec<Neighbours>,
-    /// Of each vertex: the one that it was merged into; itself, if it is left.
+    /// The vertex that each vertex was merged into; a remaining vertex names itself.
     merged_into: Vec<u32>,
-    /// Of each edge that is left: its ends.
+    /// The ends of each remaining edge.
     ends: Vec<Edge>,
-    /// Of each edge: changes whenever its length does.
+    /// A stamp for each edge, which changes with its length.
     stamps: Vec<u32>,
-    /// Edges below the threshold, the shortest first; those with an old stamp are void.
+    /// Edges below the threshold, the shortest first. An entry with an old stamp is void.
     queue: BinaryHeap<Reverse<Candidate>>,
-    /// The shortest of them, in the order of their ends; they are in here only, so that most need not be compared by that.
+    /// The shortest of these edges, in the order of their ends. Only they are compared by their ends.
     ties: BinaryHeap<Reverse<Tie>>,
     /// Working space: edges whose length has changed.
     changed: Vec<u32>,
@@ -105,15 +108,16 @@ impl Graph {
         while let Some(edge) = self.take_shortest() {
             self.stamps[edge as usize] = SETTLED;
             let [a, b] = self.ends[edge as usize];
-            // Skipped once, skipped for good: collapsing any edge of a triangle would make the other two parallel, so none of
-            // the three can ever go, and whatever else is collapsed leaves the triangle's corners three vertices, joined.
+            // An edge that is skipped once stays: collapsing an edge of a triangle would make the other two parallel.
+            // So no edge of the triangle can be collapsed, and its corners stay three joined vertices whatever else is
+            // collapsed.
             if !self.share_a_neighbour(a, b) {
                 self.collapse(a, b);
             }
         }
     }
 
-    /// The shortest edge below the threshold, out of the queue.
+    /// Takes the shortest edge below the threshold out of the queue.
     fn take_shortest(&mut self) -> Option<u32> {
         loop {
             self.gather_ties();
@@ -124,7 +128,7 @@ impl Graph {
         }
     }
 
-    /// Moves on to the ties whatever in the queue is no longer than they are.
+    /// Moves edges that are no longer than the ties from the queue to the ties.
     fn gather_ties(&mut self) {
         while let Some(&Reverse(candidate)) = self.queue.peek() {
             if self.ties.peek().is_some_and(|Reverse(tie)| tie.candidate.scale < candidate.scale) {
@@ -146,8 +150,8 @@ impl Graph {
         self.adjacent[few as usize].iter().any(|(neighbour, _)| self.adjacent[many as usize].contains(neighbour))
     }
 
-    /// Makes one vertex of two neighbours that share none. The one with more edges takes over those of the other, so that an
-    /// edge changes hands O(log m) times.
+    /// Merges two neighbours that share no neighbour. The vertex with more edges takes over those of the other, so an
+    /// edge moves O(log m) times.
     fn collapse(&mut self, a: u32, b: u32) {
         let position = self.merged_position(a, b);
         let (gone, kept) = self.by_degree(a, b);
@@ -184,7 +188,7 @@ impl Graph {
         }
     }
 
-    /// Puts edges of a new length in their new place in the queue.
+    /// Puts edges whose length has changed in their new places in the queue.
     fn measure_changed(&mut self) {
         while let Some(edge) = self.changed.pop() {
             if self.stamps[edge as usize] != SETTLED {
@@ -197,7 +201,7 @@ impl Graph {
         }
     }
 
-    /// An edge as it is now, if it is below the threshold.
+    /// The current candidate of an edge, if it is below the threshold.
     fn candidate(&self, edge: u32) -> Option<Candidate> {
         let [p, q] = self.ordered_ends(edge);
         let scale = half_length_squared(p, q);
@@ -205,7 +209,7 @@ impl Graph {
         (scale.sqrt() < self.threshold).then_some(Candidate { scale: scale.to_bits(), edge, stamp })
     }
 
-    /// Where the ends of an edge are, in order.
+    /// The positions of the ends of an edge, in order.
     fn ordered_ends(&self, edge: u32) -> [Point; 2] {
         let [p, q] = self.ends[edge as usize].map(|vertex| self.positions[vertex as usize]);
         if compare_points(&p, &q) == Ordering::Greater { [q, p] } else { [p, q] }
@@ -215,7 +219,7 @@ impl Graph {
         self.adjacent[vertex as usize].len()
     }
 
-    /// What is left; `rank` gives the number here of each vertex of the skeleton.
+    /// The remaining graph. `rank` gives the number of each vertex of the skeleton in this graph.
     fn simplified(mut self, rank: &[u32]) -> Simplified {
         let at = |vertex: u32| self.positions[vertex as usize];
         let mut left: Vec<u32> = (0..self.positions.len() as u32).filter(|&vertex| self.is_left(vertex)).collect();
@@ -245,11 +249,11 @@ impl Graph {
         edges
     }
 
-    /// The vertex that another one has become part of.
+    /// The remaining vertex that a vertex was merged into.
     fn root(&mut self, mut vertex: u32) -> u32 {
         while !self.is_left(vertex) {
             let into = self.merged_into[vertex as usize];
-            // Halves the path for those who come after.
+            // Halves the path for later calls.
             self.merged_into[vertex as usize] = self.merged_into[into as usize];
             vertex = into;
         }
@@ -257,10 +261,10 @@ impl Graph {
     }
 }
 
-/// An edge that is to be collapsed, as it was when its stamp was new.
+/// An edge to collapse, with its length and stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
-    /// Half its length, squared; the bits of doubles that are not negative are in the order of the doubles.
+    /// Half its length, squared. The bits of doubles that are not negative are in the order of the doubles.
     scale: u64,
     edge: u32,
     stamp: u32,
@@ -270,7 +274,7 @@ struct Candidate {
 #[derive(Clone, Copy, Debug)]
 struct Tie {
     candidate: Candidate,
-    /// Where its ends are, in order.
+    /// The positions of its ends, in order.
     ends: [Point; 2],
 }
 
@@ -279,7 +283,7 @@ impl Ord for Tie {
         (self.candidate.scale.cmp(&other.candidate.scale))
             .then_with(|| compare_points(&self.ends[0], &other.ends[0]))
             .then_with(|| compare_points(&self.ends[1], &other.ends[1]))
-            // Vertices that have moved may lie on one another.
+            // Vertices that moved may coincide.
             .then_with(|| self.candidate.cmp(&other.candidate))
     }
 }
@@ -298,10 +302,11 @@ impl PartialEq for Tie {
 
 impl Eq for Tie {}
 
-/// So many neighbours are looked up by going through them.
+/// Up to this number, neighbours are searched one by one.
 const FEW: usize = 16;
 
-/// The neighbours of a vertex, and the edges to them: a short list, which is all that most need, and a tree for the rest.
+/// The neighbours of a vertex and the edges to them: a short list, which suffices for most vertices, and a tree for the
+/// rest.
 #[derive(Clone, Debug, Default)]
 struct Neighbours {
     few: Vec<(u32, u32)>,
@@ -346,8 +351,8 @@ fn compare_points(p: &Point, q: &Point) -> Ordering {
     p[0].total_cmp(&q[0]).then_with(|| p[1].total_cmp(&q[1]))
 }
 
-/// As for positions of the cloud, bit for bit: an edge that has not moved is below a threshold exactly when its scale in the
-/// skeleton is. (Midpoints are no such positions: they may come nearer to 0 than those are allowed to.)
+/// Bit for bit as for positions of the cloud: an edge that has not moved is below a threshold exactly when its scale in
+/// the skeleton is. (Midpoints are not positions: they may be nearer to 0 than the limit of these.)
 fn half_length_squared(p: Point, q: Point) -> f64 {
     let (dx, dy) = (p[0] - q[0], p[1] - q[1]);
     (dx * dx + dy * dy) * 0.25
@@ -404,7 +409,7 @@ mod tests {
     }
 
     #[test]
-    fn few_or_no_points_are_no_trouble() {
+    fn clouds_of_at_most_one_point_are_simplified() {
         assert_eq!(simplified(&[], ViewSpec::default(), f64::INFINITY), Simplified::default());
         let one = simplified(&[[1.0, 2.0]], ViewSpec::default(), f64::INFINITY);
         assert_eq!((one.positions, one.edges, one.image), (vec![[1.0, 2.0]], vec![], vec![0]));
@@ -437,7 +442,7 @@ mod tests {
         assert!(left.edges.len() < 2 * 12 * 11);
     }
 
-    /// Quadratic time would be minutes here.
+    /// Quadratic time would take minutes here.
     #[test]
     fn a_hub_of_many_spokes_is_quick() {
         let spokes = 100_000_u32;
@@ -496,7 +501,7 @@ mod tests {
         neighbours(a).iter().any(|neighbour| neighbours(b).contains(neighbour))
     }
 
-    /// The definition, word by word: looks at every edge anew for each collapse.
+    /// The definition, word by word: every edge is measured again for each collapse.
     fn by_definition(mut positions: Points, mut edges: Vec<Edge>, threshold: f64) -> (Points, Vec<Edge>) {
         edges.iter_mut().for_each(|edge| edge.sort_unstable());
         edges.sort_unstable();
@@ -565,7 +570,7 @@ mod tests {
         }
 
         #[test]
-        fn vertices_become_part_of_what_their_edges_lead_to(points in clouds(), spec in specs(), threshold in thresholds()) {
+        fn images_of_edges_are_the_simplified_edges(points in clouds(), spec in specs(), threshold in thresholds()) {
             let skeleton = skeleton_of(&points);
             let view = View::new(&skeleton, spec);
             let simple = simplify(&skeleton, &view, threshold);

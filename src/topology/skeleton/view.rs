@@ -1,8 +1,11 @@
 //! Views of a skeleton: full, reduced at a scale, derived by gaps.
 //!
-//! In: a [`Skeleton`] and a [`ViewSpec`]. Out: a [`View`]: which tree edges and which dots it shows. Invariants: a view is a subgraph
-//! of HoPeS(C) on all its vertices; tree edges are in order, dots in the skeleton's order; a critical edge shown never joins two
-//! components, since the tree path between its ends is made of edges no longer than itself. Must not know: frames, formats.
+//! In: a [`Skeleton`] and a [`ViewSpec`].
+//! Out: a [`View`]: the tree edges and dots that it shows.
+//! Invariants: a view is a subgraph of HoPeS(C) on all its vertices. Tree edges are in order, dots in the skeleton's
+//! order. A critical edge of a view never joins two components, since the tree path between its ends consists of edges
+//! no longer than itself.
+//! Must not know: frames, formats.
 //!
 //! V. Kurlin 2015, Definitions 8 (reduced) and 14 (derived).
 
@@ -12,7 +15,7 @@ use super::gaps::{Selection, TOLERANCE, select_dots};
 use super::hopes::{Edge, Skeleton};
 use crate::topology::base::compensated_sum;
 
-/// Which part of a skeleton is asked for. Scales are radii.
+/// Selects a part of a skeleton. Scales are radii.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ViewSpec {
     /// HoPeS(C): everything.
@@ -40,24 +43,24 @@ impl Default for ViewSpec {
 /// A part of a skeleton.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// What was asked for.
+    /// The specification that it was cut by.
     pub spec: ViewSpec,
-    /// What the gaps selected, in a derived view.
+    /// The selection by gaps, in a derived view.
     pub selection: Option<Selection>,
-    /// Tree edges shown.
+    /// The tree edges of the view.
     pub tree: Vec<Edge>,
-    /// Dots whose critical edges are shown: places in [`Skeleton::dots`].
+    /// Dots whose critical edges are in the view: places in [`Skeleton::dots`].
     pub critical: Vec<u32>,
-    /// Number of connected components, lone vertices among them.
+    /// The number of connected components, including single vertices.
     pub components: usize,
-    /// Number of independent cycles.
+    /// The number of independent cycles.
     pub cycles: usize,
 }
 
 impl View {
     /// Cuts a view out of a skeleton.
     pub fn new(skeleton: &Skeleton, spec: ViewSpec) -> Self {
-        let all = 0..skeleton.found().len() as u32;
+        let all = 0..skeleton.unsorted_dots().len() as u32;
         match spec {
             ViewSpec::Full => Self::cut(skeleton, spec, None, f64::INFINITY, all),
             ViewSpec::Reduced { alpha } => {
@@ -98,7 +101,7 @@ impl View {
         }
     }
 
-    /// The scale that it is cut at: alpha, or vs; infinite for the whole skeleton.
+    /// The scale of the cut: alpha or vs; infinite for the full view.
     pub fn scale(&self) -> f64 {
         match (self.spec, &self.selection) {
             (ViewSpec::Reduced { alpha }, _) => alpha,
@@ -106,13 +109,13 @@ impl View {
         }
     }
 
-    /// Total length of the edges shown.
+    /// The total length of its edges.
     pub fn length(&self, skeleton: &Skeleton) -> f64 {
         let edges = self.tree.iter().copied().chain(self.critical_edges(skeleton));
         compensated_sum(edges.map(|edge| skeleton.length(edge)))
     }
 
-    /// The critical edges shown, in the order of the dots.
+    /// Its critical edges, in the order of the dots.
     pub fn critical_edges<'a>(&'a self, skeleton: &'a Skeleton) -> impl Iterator<Item = Edge> + 'a {
         self.critical.iter().map(|&index| skeleton.dots()[index as usize].edge)
     }

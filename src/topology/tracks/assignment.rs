@@ -1,37 +1,40 @@
-//! Gated optimal assignment: who belongs to whom, where only some pairs are possible.
+//! Gated optimal assignment. The only file that imports `pathfinding`.
 //!
-//! In: possible pairs, each with a cost between 0 (the same) and 1 (the gate). Out: pairs in which nobody stands twice, so that the sum of 1 - cost is as large as can be.
-//! Invariants: the same pairs in the same order give the same answer. Must not know: what is assigned.
+//! In: possible pairs of rows and columns, each with a cost between 0 (equal) and 1 (the gate).
+//! Out: pairs in which no row or column repeats, with the largest sum of 1 - cost.
+//! Invariant: the same pairs in the same order give the same answer.
+//! Must not know: what is assigned.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
 
-/// The optimum takes time as the cube of those who hang together by pairs; where more do, the cheapest pair is taken first, and so on.
-const MOST_TOGETHER: usize = 256;
+/// The optimum takes cubic time in the size of a connected group. In larger groups the cheapest pair is taken first,
+/// repeatedly.
+const MOST_IN_GROUP: usize = 256;
 
-/// Gains are whole numbers of this fraction.
-const FINENESS: f64 = (1_u64 << 40) as f64;
+/// Gains are integers in this many units.
+const GAIN_UNITS: f64 = (1_u64 << 40) as f64;
 
-/// Two that may belong together.
+/// A possible pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
-    /// On one side.
+    /// One side.
     pub row: usize,
-    /// On the other side.
+    /// The other side.
     pub column: usize,
-    /// From 0 to 1.
+    /// The cost, from 0 to 1.
     pub cost: f64,
 }
 
-/// The best assignment: rows and their columns, in no order.
+/// The best assignment: pairs of a row and a column, in no order.
 pub fn assign(pairs: &[Pair]) -> Vec<(usize, usize)> {
-    together(pairs).iter().flat_map(|group| assign_group(group)).collect()
+    connected_groups(pairs).iter().flat_map(|group| assign_group(group)).collect()
 }
 
-/// Pairs that hang together by those who stand in them.
-fn together(pairs: &[Pair]) -> Vec<Vec<Pair>> {
+/// The pairs in groups that share no row or column.
+fn connected_groups(pairs: &[Pair]) -> Vec<Vec<Pair>> {
     let mut of_row: BTreeMap<usize, Vec<&Pair>> = BTreeMap::new();
     let mut of_column: BTreeMap<usize, Vec<&Pair>> = BTreeMap::new();
     for pair in pairs {
@@ -62,16 +65,16 @@ fn assign_group(group: &[Pair]) -> Vec<(usize, usize)> {
         all.dedup();
         all
     });
-    if rows.len().max(columns.len()) > MOST_TOGETHER {
+    if rows.len().max(columns.len()) > MOST_IN_GROUP {
         return cheapest_first(group);
     }
-    // The library wants no more rows than columns; a pair that gains nothing is none.
+    // The library requires at least as many columns as rows. A pair without gain is not a pair.
     let is_wide = rows.len() <= columns.len();
     let mut gains = Matrix::new(rows.len().min(columns.len()), rows.len().max(columns.len()), 0_i64);
     for pair in group {
         let place = |all: &[usize], one| all.binary_search(&one).unwrap_or_default();
         let (row, column) = (place(&rows, pair.row), place(&columns, pair.column));
-        let gain = 1 + ((1.0 - pair.cost.clamp(0.0, 1.0)) * FINENESS) as i64;
+        let gain = 1 + ((1.0 - pair.cost.clamp(0.0, 1.0)) * GAIN_UNITS) as i64;
         gains[if is_wide { (row, column) } else { (column, row) }] = gain;
     }
     let (_, assigned) = kuhn_munkres(&gains);
@@ -106,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_near_one_is_not_given_up_for_two_far_ones() {
+    fn one_near_pair_beats_two_far_pairs() {
         let pair = |row, column, cost| Pair { row, column, cost };
         assert_eq!(assign(&[pair(0, 0, 0.1), pair(0, 1, 0.9), pair(1, 0, 0.9)]), [(0, 0)]);
         let both = assign(&[pair(0, 0, 0.1), pair(0, 1, 0.3), pair(1, 0, 0.3)]);
@@ -115,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn many_together_are_assigned_in_time() {
+    fn large_groups_are_assigned_in_time() {
         let pairs: Vec<Pair> = (0..400 * 400)
             .map(|index| (index / 400, index % 400))
             .map(|(row, column): (usize, usize)| Pair { row, column, cost: row.abs_diff(column) as f64 / 400.0 })
@@ -123,7 +126,7 @@ mod tests {
         assert_eq!(sorted(assign(&pairs)), (0..400).map(|place| (place, place)).collect::<Vec<_>>());
     }
 
-    /// The largest gain of all ways to assign, one row after the other.
+    /// The largest gain of all assignments, row by row.
     fn best(pairs: &[Pair], row: usize, taken: &mut Vec<usize>) -> f64 {
         let Some(last) = pairs.iter().map(|pair| pair.row).max().filter(|&last| row <= last) else { return 0.0 };
         debug_assert!(row <= last);
@@ -138,9 +141,14 @@ mod tests {
         most
     }
 
+    /// Possible pairs and their costs.
+    fn possible_pairs() -> impl Strategy<Value = BTreeMap<(usize, usize), f64>> {
+        prop::collection::btree_map((0..6_usize, 0..6_usize), 0.0..1.0, 0..20)
+    }
+
     proptest! {
         #[test]
-        fn nothing_is_better(pairs in prop::collection::btree_map((0..6_usize, 0..6_usize), 0.0..1.0, 0..20)) {
+        fn oracle_no_assignment_gains_more(pairs in possible_pairs()) {
             let pairs: Vec<Pair> = pairs.into_iter().map(|((row, column), cost)| Pair { row, column, cost }).collect();
             let assigned = assign(&pairs);
             let cost = |&(row, column): &(usize, usize)| {

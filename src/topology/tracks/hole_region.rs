@@ -1,17 +1,20 @@
-//! What a tracker asks of the region that a hole takes up at its birth, whatever space it is in.
+//! The queries of a tracker to the region of a hole, in any space.
 //!
-//! In: nothing. Out: the trait that a region implements. Invariant: answers depend on positions alone. Must not know: how regions are found.
+//! In: nothing.
+//! Out: a trait, which regions implement.
+//! Invariant: answers depend on positions alone.
+//! Must not know: how regions are found.
 
-/// The region of a hole; by default one that is unknown.
+/// The region of a hole. The default value is an unknown region.
 pub trait HoleRegion: Clone + Default {
-    /// Whether it has not been looked at.
+    /// Whether it was never found.
     fn is_unknown(&self) -> bool;
-    /// How many vertices are around it.
+    /// The number of vertices of its boundary.
     fn vertex_count(&self) -> usize;
-    /// Its area, islands left out.
+    /// Its area, without islands.
     fn area(&self) -> f64;
-    /// Whether a point lies in it.
+    /// Whether it contains a point.
     fn contains(&self, point: [f64; 2]) -> bool;
-    /// Whether a point is no farther from it than half of its size.
+    /// Whether a point is at most half of its size away from it.
     fn is_near(&self, point: [f64; 2]) -> bool;
 }

@@ -1,107 +1,113 @@
-//! Which of the dots of a frame are those of tracks that are there already.
+//! Recognition: which detections of a frame continue which tracks.
 //!
-//! In: what was last seen of each track, and the sightings of a frame. Out: of each track, the sighting that is its own. Identity is anchored on the hole: first on its
-//! death triangle; else on its centre and radius inside a gate, by optimal assignment; where a hole was filled last may jump far inside it,
-//! as between the lobes of a dumb-bell or around an annulus, so what is left is recognized by regions: each holds the other's centre. Never on
-//! the critical edge or the birth, which jump. Invariants: the order of sightings decides nothing but ties. Must not know: events, hysteresis.
+//! In: the last known state of each track, and the detections of a frame.
+//! Out: for each track, the detection that continues it.
+//! Invariant: the order of detections decides ties only.
+//! Must not know: events, hysteresis.
+//!
+//! A track is identified by its hole. First by the triangle of the death. Else by the hole's centre and radius inside a
+//! gate, with an optimal assignment. The point that is filled last may jump far inside a hole, as between the lobes of
+//! a dumb-bell or around an annulus. So the rest is recognized by regions: each contains the other's centre. Never by
+//! the critical edge or the birth, which jump.
 
 use std::collections::HashMap;
 
 use super::assignment::{Pair, assign};
+use super::detection::Detection;
 use super::hole_region::HoleRegion;
-use super::sighting::Sighting;
 use crate::topology::cloud::VertexId;
 use crate::topology::skeleton::Hole;
 
-/// Centres of one hole are no farther apart than this share of the larger radius.
+/// The gate: the largest distance between centres of one hole, as a share of the larger radius.
 const NEAR: f64 = 0.5;
 
-/// Radii of one hole differ by no more than this factor.
+/// The gate: the largest ratio of two radii of one hole.
 const ALIKE: f64 = 2.0;
 
-/// What of a track's past is looked for.
+/// The last known state of a track.
 #[derive(Clone, Copy, Debug)]
 pub struct LastSeen<'a, R> {
-    /// The triangle that named its death.
+    /// The triangle that names its death.
     pub triangle: [VertexId; 3],
-    /// Where its hole was last.
+    /// Its hole when it was last seen.
     pub hole: Hole,
-    /// Where it should be now.
+    /// The predicted centre of its hole.
     pub expected: [f64; 2],
-    /// What it took up when that was looked at last; unknown before the track is announced, and then the other's region decides alone.
+    /// Its region when that was last found. Unknown before the track is announced; then only the region of the
+    /// detection is tested.
     pub region: &'a R,
-    /// How far it has moved since.
+    /// The movement of the centre since the region was found.
     pub shift: [f64; 2],
-    /// A dot of less persistence is no continuation, unless it is selected.
+    /// A dot of less persistence does not continue it, unless the dot is selected.
     pub least: f64,
 }
 
 /// How a track was recognized.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Recognized {
-    /// The same triangle, or a hole near by.
+pub enum RecognizedBy {
+    /// By the same triangle, or by a hole near by.
     Place,
-    /// A hole in the same region.
+    /// By its region.
     Region,
 }
 
-/// Of each known track, the place of the sighting that is its own.
+/// For each track, the place of the detection that continues it.
 pub fn recognize<R: HoleRegion>(
     known: &[LastSeen<'_, R>],
-    sightings: &[Sighting],
+    detections: &[Detection],
     is_selected: &[bool],
-    find_region: impl FnMut(&Sighting) -> R,
-) -> Vec<Option<(usize, Recognized)>> {
-    let (own, is_taken) = (vec![None; known.len()], vec![false; sightings.len()]);
-    let mut search = Search { known, sightings, is_selected, own, is_taken };
+    find_region: impl FnMut(&Detection) -> R,
+) -> Vec<Option<(usize, RecognizedBy)>> {
+    let (own, is_taken) = (vec![None; known.len()], vec![false; detections.len()]);
+    let mut search = Search { known, detections, is_selected, own, is_taken };
     search.by_triangle();
     let near = search.pairs_near();
-    search.assign(&near, Recognized::Place);
+    search.assign(&near, RecognizedBy::Place);
     let inside = search.pairs_inside(find_region);
-    search.assign(&inside, Recognized::Region);
+    search.assign(&inside, RecognizedBy::Region);
     search.own
 }
 
 struct Search<'a, R> {
     known: &'a [LastSeen<'a, R>],
-    sightings: &'a [Sighting],
+    detections: &'a [Detection],
     is_selected: &'a [bool],
-    own: Vec<Option<(usize, Recognized)>>,
+    own: Vec<Option<(usize, RecognizedBy)>>,
     is_taken: Vec<bool>,
 }
 
 impl<R: HoleRegion> Search<'_, R> {
     fn by_triangle(&mut self) {
         let places: HashMap<[VertexId; 3], usize> =
-            self.sightings.iter().enumerate().map(|(place, sighting)| (sighting.triangle, place)).collect();
+            self.detections.iter().enumerate().map(|(place, detection)| (detection.triangle, place)).collect();
         for (track, known) in self.known.iter().enumerate() {
             let Some(&place) = places.get(&known.triangle) else { continue };
             if self.goes_on(known, place) {
-                self.give(track, place, Recognized::Place);
+                self.give(track, place, RecognizedBy::Place);
             }
         }
     }
 
-    /// Whether a sighting is persistent enough to be a track's.
+    /// Whether a detection is persistent enough to continue a track.
     fn goes_on(&self, known: &LastSeen<'_, R>, place: usize) -> bool {
-        self.is_selected[place] || self.sightings[place].persistence() >= known.least
+        self.is_selected[place] || self.detections[place].persistence() >= known.least
     }
 
-    fn give(&mut self, track: usize, sighting: usize, by: Recognized) {
-        self.own[track] = Some((sighting, by));
-        self.is_taken[sighting] = true;
+    fn give(&mut self, track: usize, detection: usize, by: RecognizedBy) {
+        self.own[track] = Some((detection, by));
+        self.is_taken[detection] = true;
     }
 
-    fn assign(&mut self, pairs: &[Pair], by: Recognized) {
-        for (track, sighting) in assign(pairs) {
-            self.give(track, sighting, by);
+    fn assign(&mut self, pairs: &[Pair], by: RecognizedBy) {
+        for (track, detection) in assign(pairs) {
+            self.give(track, detection, by);
         }
     }
 
-    /// Tracks and sightings that are free, where one is near the place of the other, or near where it should be now.
+    /// Pairs of unmatched tracks and detections inside the gate, around the last or the predicted centre.
     fn pairs_near(&self) -> Vec<Pair> {
-        let mut free: Vec<usize> = (0..self.sightings.len()).filter(|&place| !self.is_taken[place]).collect();
-        let x = |place: usize| self.sightings[place].hole.center[0];
+        let mut free: Vec<usize> = (0..self.detections.len()).filter(|&place| !self.is_taken[place]).collect();
+        let x = |place: usize| self.detections[place].hole.center[0];
         free.sort_by(|&a, &b| x(a).total_cmp(&x(b)));
         let mut pairs = Vec::new();
         for (track, known) in self.known.iter().enumerate().filter(|&(track, _)| self.own[track].is_none()) {
@@ -111,7 +117,7 @@ impl<R: HoleRegion> Search<'_, R> {
             let first = free.partition_point(|&place| x(place) < was.min(is) - reach);
             let near = free[first..].iter().take_while(|&&place| x(place) <= was.max(is) + reach);
             for &place in near {
-                let Sighting { hole, .. } = self.sightings[place];
+                let Detection { hole, .. } = self.detections[place];
                 let places = [known.expected, known.hole.center];
                 let cost = places
                     .map(|center| remoteness(Hole { center, ..known.hole }, hole))
@@ -125,19 +131,19 @@ impl<R: HoleRegion> Search<'_, R> {
         pairs
     }
 
-    /// The same where each one's region holds the other's centre.
-    fn pairs_inside(&self, mut find_region: impl FnMut(&Sighting) -> R) -> Vec<Pair> {
+    /// Pairs of unmatched tracks and detections whose regions contain each other's centres.
+    fn pairs_inside(&self, mut find_region: impl FnMut(&Detection) -> R) -> Vec<Pair> {
         let mut pairs = Vec::new();
         let mut regions: HashMap<usize, R> = HashMap::new();
         for (track, known) in self.known.iter().enumerate().filter(|&(track, _)| self.own[track].is_none()) {
-            for (place, sighting) in self.sightings.iter().enumerate().filter(|&(place, _)| !self.is_taken[place]) {
-                let hole = sighting.hole;
+            for (place, detection) in self.detections.iter().enumerate().filter(|&(place, _)| !self.is_taken[place]) {
+                let hole = detection.hole;
                 let is_possible = are_alike(known.hole.radius, hole.radius)
                     && self.goes_on(known, place)
                     && (known.region.is_unknown() || held(known.region, known.shift, hole.center))
-                    && regions.entry(place).or_insert_with(|| find_region(sighting)).contains(known.hole.center);
+                    && regions.entry(place).or_insert_with(|| find_region(detection)).contains(known.hole.center);
                 if is_possible {
-                    // Any of them is possible; the nearest is the likeliest.
+                    // All of these are possible; the nearest is the most likely.
                     let apart = distance(known.hole.center, hole.center) / (known.hole.radius + hole.radius);
                     pairs.push(Pair { row: track, column: place, cost: apart / (1.0 + apart) });
                 }
@@ -147,7 +153,7 @@ impl<R: HoleRegion> Search<'_, R> {
     }
 }
 
-/// How far two holes are from being one: 0 if they are the same, more than 1 outside the gate.
+/// The distance between two holes: 0 if they are equal, more than 1 outside the gate.
 fn remoteness(a: Hole, b: Hole) -> f64 {
     let apart = distance(a.center, b.center) / (NEAR * a.radius.max(b.radius));
     let unlike = (b.radius / a.radius).ln().abs() / ALIKE.ln();
@@ -158,13 +164,13 @@ fn are_alike(a: f64, b: f64) -> bool {
     a <= ALIKE * b && b <= ALIKE * a
 }
 
-/// Whether a region holds a point that was looked at some frames ago. How far the hole's centre has come since is how far the region has, or only how far the centre has inside
-/// it: either will do.
+/// Whether a region that was found some frames ago contains a point now. The movement of the centre since then may be
+/// that of the region, or only that of the centre inside it; either is accepted.
 pub fn held(region: &impl HoleRegion, shift: [f64; 2], point: [f64; 2]) -> bool {
     region.contains(point) || region.contains(back(point, shift))
 }
 
-/// Where a point was before a shift.
+/// A point before a shift.
 pub fn back(point: [f64; 2], shift: [f64; 2]) -> [f64; 2] {
     [point[0] - shift[0], point[1] - shift[1]]
 }

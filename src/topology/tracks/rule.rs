@@ -1,6 +1,8 @@
-//! Which dots begin tracks, and how patiently they are followed.
+//! The options of a tracker: which dots begin tracks, and its hysteresis.
 //!
-//! In: nothing. Out: a tracker's options. Must not know: how tracks are found.
+//! In: nothing.
+//! Out: the options.
+//! Must not know: how tracks are found.
 
 use std::num::NonZeroU32;
 
@@ -9,29 +11,31 @@ use crate::topology::skeleton::ViewSpec;
 /// Which dots begin tracks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TrackRule {
-    /// Those that a view shows.
+    /// The dots of a view.
     View(ViewSpec),
-    /// So many, the most persistent ones.
+    /// The most persistent dots, up to this number.
     Top(NonZeroU32),
-    /// Those of at least this persistence.
+    /// The dots of at least this persistence.
     Above(f64),
 }
 
-/// What is followed, and how patiently.
+/// What is tracked, and with which hysteresis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackOptions {
     /// Which dots begin tracks.
     pub rule: TrackRule,
-    /// In so many frames on end a dot has to be selected before its track is announced, or told to be back in the selection.
+    /// The number of consecutive frames in which a dot has to be selected before its track is announced, or reported as
+    /// selected again.
     pub confirm: NonZeroU32,
-    /// In so many frames on end it has to be missing before its track ends, or is told to be out of the selection.
+    /// The number of consecutive frames in which a dot has to be missing before its track ends, or not selected before
+    /// that is reported.
     pub miss: NonZeroU32,
-    /// Changes of centre, birth and death of no more than this are not told. A length.
+    /// Changes of centre, birth and death up to this are not reported. A length.
     pub delta: f64,
 }
 
 impl TrackOptions {
-    /// By a rule, with two frames to confirm, two to miss, and every change told.
+    /// A rule with two frames to confirm, two to miss, and every change reported.
     pub fn new(rule: TrackRule) -> Self {
         let two = NonZeroU32::MIN.saturating_add(1);
         Self { rule, confirm: two, miss: two, delta: 0.0 }

@@ -1,32 +1,34 @@
-//! Tracks and what happens to them, as a consumer is told.
+//! Tracks and their events, as they are reported.
 //!
-//! In: nothing. Out: the types that a tracker gives. Must not know: how tracks are found, formats.
+//! In: nothing.
+//! Out: the types that a tracker gives.
+//! Must not know: how tracks are found, formats.
 
 use crate::topology::skeleton::Hole;
 
-/// Names a track for good: they count from 1, in order of announcement.
+/// The id of a track: counts from 1 in order of announcement, never reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TrackId(pub u64);
 
-/// A persistent cycle that is followed, as it was last seen. Scales are radii.
+/// A tracked persistent cycle, as it was last detected. Scales are radii.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Track {
-    /// Its name.
+    /// Its id.
     pub id: TrackId,
-    /// Frames since it was first seen, that one and this one among them.
+    /// The number of frames since its first detection, including that frame and this one.
     pub age: u64,
     /// The scale at which its cycle is born.
     pub birth: f64,
     /// The scale at which its hole is filled.
     pub death: f64,
-    /// Where its hole is filled.
+    /// The last point of its hole to be filled.
     pub hole: Hole,
-    /// Of its hole at birth, islands left out. Looked at when the track begins, and from then on in turn with those of all others, as many a frame as have 256 vertices
-    /// around them together.
+    /// The area of its hole at birth, without islands. Found when the track begins, and then in turn with those of all
+    /// other tracks: each frame, as many regions as have 256 vertices together.
     pub area: f64,
-    /// Of the hole's centre, a frame.
+    /// The movement of the hole's centre in a frame.
     pub velocity: [f64; 2],
-    /// Whether it is selected, as far as that was told.
+    /// Whether it is selected, as last reported.
     pub is_selected: bool,
 }
 
@@ -37,7 +39,7 @@ impl Track {
     }
 }
 
-/// What of a track has changed by more than was asked for.
+/// What of a track has changed by more than the tracker's `delta`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Changed {
     /// The hole's centre.
@@ -49,61 +51,61 @@ pub struct Changed {
 }
 
 impl Changed {
-    /// Whether anything has.
+    /// Whether anything has changed.
     pub(super) fn any(self) -> bool {
         self.center || self.birth || self.death
     }
 }
 
-/// What has happened to a track.
+/// The kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventKind {
-    /// It begins.
+    /// The track begins.
     Born,
-    /// It begins inside what another one's hole was.
+    /// The track begins inside the hole of another track.
     Split {
-        /// The other one, which goes on.
+        /// The other track, which goes on.
         from: TrackId,
     },
-    /// It has moved or changed since it was last told of.
+    /// The track has moved or changed since it was last reported.
     Updated(Changed),
-    /// It goes on, out of the selection.
+    /// The track goes on, but is not selected any more.
     Unselected,
-    /// It is selected again.
+    /// The track is selected again.
     Reselected,
-    /// It ends inside another one's hole.
+    /// The track ends inside the hole of another track.
     Merged {
-        /// The other one, which goes on.
+        /// The other track, which goes on.
         into: TrackId,
     },
-    /// It ends.
+    /// The track ends.
     Died,
 }
 
-/// Something that has happened to a track.
+/// An event of a track.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackEvent {
-    /// In which frame.
+    /// The number of the frame.
     pub frame: u64,
-    /// That frame's time.
+    /// The time of the frame.
     pub time: Option<f64>,
-    /// What.
+    /// The kind.
     pub kind: EventKind,
-    /// To whom.
+    /// The track after the event.
     pub track: Track,
 }
 
-/// What has happened to tracks up to a frame.
+/// The events of all tracks up to a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrackStep {
-    /// Number of the frame.
+    /// The number of the frame.
     pub number: u64,
-    /// Its time.
+    /// The time of the frame.
     pub time: Option<f64>,
-    /// In order of ids; of one track, in order of [`EventKind`].
+    /// In order of track ids; for one track, in order of [`EventKind`].
     pub events: Vec<TrackEvent>,
-    /// All tracks that have been announced and have not ended, by id.
+    /// All tracks that were announced and have not ended, by id.
     pub alive: Vec<Track>,
-    /// Dots that the rule selects, and that were too many to be looked at: the least persistent ones.
+    /// The number of dots that the rule selects beyond the largest number of detections: the least persistent ones.
     pub left_out: usize,
 }

@@ -1,32 +1,37 @@
-//! Tracks: persistent cycles followed from frame to frame, each under an id that lasts.
+//! The tracker: persistent cycles followed from frame to frame, each under an id that is never reused.
 //!
-//! In: the dots of a frame that are worth looking at, most persistent first, and where the cloud has changed. Out: a [`TrackStep`]: what has happened, and who is
-//! alive. A track is announced when its dot was selected in so many frames on end, and ends when it was not there in so many; in between it may be out of
-//! the selection without ending. Where a hole divides, the part with the larger death keeps the id, and the other one's track says what it was
-//! split from; where two become one, the one with the larger death goes on, and the other one's track says into which it was merged. Invariants: what is told depends on
-//! the positions of points alone, not on their order or ids; every track begins once and ends once; nothing is said of a track before it has begun or after it has
-//! ended. Must not know: how dots are found, formats.
+//! In: the detections of a frame, most persistent first, and regions of holes on request.
+//! Out: a [`TrackStep`]: events and living tracks.
+//! Invariants: reports depend on the positions of points alone, not on their order or ids. Every track begins once and
+//! ends once. Nothing is reported of a track before it begins or after it ends.
+//! Must not know: how dots and regions are found, formats.
+//!
+//! A track is announced when its dot was selected in a number of consecutive frames. It ends when its dot was missing
+//! in a number of them. In between it may leave the selection without ending. If a hole divides, the part with the
+//! larger death keeps the id, and the track of the other part names the one that it was split from. If two holes become
+//! one, the track with the larger death goes on, and the other one's track names the one that it was merged into.
 
+use super::detection::{Detection, Detections};
 use super::hole_region::HoleRegion;
 use super::recognition::{LastSeen, back, held, recognize};
 use super::rule::TrackOptions;
-use super::sighting::{Sighting, Sightings};
 use super::state::TrackState;
 use super::track::{EventKind, Track, TrackEvent, TrackId, TrackStep};
 use crate::topology::skeleton::Hole;
 
-/// Regions with so many vertices around them in all are looked at anew in a frame.
-const IN_TURN: usize = 256;
+/// The regions that are found again in a frame have this number of vertices together.
+const REGION_VERTICES: usize = 256;
 
-/// For a hole of less than this share of its radius, a track's region is not looked at anew: what it was decides.
+/// If a new hole has less than this share of a track's radius, the track's region is not found again: the last one
+/// decides.
 const SUBSTANTIAL: f64 = 0.25;
 
-/// A frame that tracks are brought to.
+/// The number and time of a frame.
 #[derive(Clone, Copy, Debug)]
-pub struct At {
-    /// Its number.
+pub struct FrameStamp {
+    /// The number.
     pub number: u64,
-    /// Its time.
+    /// The time.
     pub time: Option<f64>,
 }
 
@@ -34,165 +39,167 @@ pub struct At {
 #[derive(Clone, Debug)]
 pub struct Tracker<R> {
     options: TrackOptions,
-    /// The frame that it has been brought to; 0 for none.
+    /// The frame that it was updated to; 0 for none.
     frame: u64,
-    /// In order of first sight.
+    /// In order of first detection.
     states: Vec<TrackState<R>>,
-    /// Names states, announced or not.
+    /// The key of the next state, announced or not.
     next_key: u64,
     next_id: u64,
-    /// What is left over for looking at regions.
-    saved: usize,
+    /// The number of vertices left over for finding regions.
+    region_budget: usize,
 }
 
 impl<R: HoleRegion> Tracker<R> {
-    /// Has seen nothing yet.
+    /// A tracker at no frame yet.
     pub fn new(options: TrackOptions) -> Self {
-        Self { options, frame: 0, states: Vec::new(), next_key: 0, next_id: 1, saved: 0 }
+        Self { options, frame: 0, states: Vec::new(), next_key: 0, next_id: 1, region_budget: 0 }
     }
 
-    /// What it follows, and how.
+    /// Its options.
     pub fn options(&self) -> &TrackOptions {
         &self.options
     }
 
-    /// Number of the frame it has been brought to; 0 for none.
+    /// The number of the frame that it was updated to; 0 for none.
     pub fn frame(&self) -> u64 {
         self.frame
     }
 
-    /// All tracks that have been announced and have not ended, by id.
+    /// All tracks that were announced and have not ended, by id.
     pub fn alive(&self) -> impl Iterator<Item = &Track> {
-        self.announced().map(|life| &life.track)
+        self.announced().map(|state| &state.track)
     }
 
-    /// Those of them that are there in the frame it has been brought to, by id.
-    pub(crate) fn seen(&self) -> impl Iterator<Item = (TrackId, &Sighting)> {
+    /// Those of them that were detected in the newest frame, by id.
+    pub(crate) fn seen(&self) -> impl Iterator<Item = (TrackId, &Detection)> {
         let frame = self.frame;
-        self.announced().filter(move |life| life.last_seen == frame).map(|life| (life.track.id, &life.sighting))
+        self.announced().filter(move |state| state.last_seen == frame).map(|state| (state.track.id, &state.detection))
     }
 
     fn announced(&self) -> impl Iterator<Item = &TrackState<R>> {
-        self.states.iter().filter(|life| life.is_announced)
+        self.states.iter().filter(|state| state.is_announced)
     }
 
-    /// How many states there are, announced or not, and the least persistence that continues one of them.
-    pub(crate) fn looks_for(&self) -> (usize, f64) {
-        let least = self.states.iter().map(|life| life.least).fold(f64::INFINITY, f64::min);
+    /// The number of tracks, announced or not, and the least persistence that continues one of them.
+    pub(crate) fn search_bounds(&self) -> (usize, f64) {
+        let least = self.states.iter().map(|state| state.least).fold(f64::INFINITY, f64::min);
         (self.states.len(), least)
     }
 
-    /// Brings tracks to a frame.
+    /// Updates the tracks to a frame.
     pub(crate) fn advance(
         &mut self,
-        at: At,
-        sightings: Sightings,
-        mut find_region: impl FnMut(&Sighting) -> R,
+        at: FrameStamp,
+        detections: Detections,
+        mut find_region: impl FnMut(&Detection) -> R,
     ) -> TrackStep {
-        let Sightings { all, is_selected, left_out } = sightings;
-        let known: Vec<LastSeen<'_, R>> = self.states.iter().map(|life| life.last_seen(at.number)).collect();
+        let Detections { all, is_selected, left_out } = detections;
+        let known: Vec<LastSeen<'_, R>> = self.states.iter().map(|state| state.last_seen(at.number)).collect();
         let own = recognize(&known, &all, &is_selected, &mut find_region);
         let mut is_new = is_selected.clone();
         own.iter().flatten().for_each(|&(place, _)| is_new[place] = false);
         let newcomers: Vec<usize> = (0..all.len()).filter(|&place| is_new[place]).collect();
-        // In whose hole something is new is told by the holes as they were before, or else as they are now: what divides slowly is one below the new dot's birth.
-        let before: Vec<Option<u64>> = newcomers.iter().map(|&place| self.held(all[place].hole.center)).collect();
-        for (life, own) in self.states.iter_mut().zip(own) {
+        // A new dot's parent is found by the holes before this frame; else by the current ones, since holes that divide
+        // slowly are still one below the new dot's birth.
+        let before: Vec<Option<u64>> = newcomers.iter().map(|&place| self.holder_of(all[place].hole.center)).collect();
+        for (state, own) in self.states.iter_mut().zip(own) {
             match own {
-                Some((place, by)) => life.see(at.number, &all[place], by, is_selected[place]),
-                None => life.missed = life.missed.saturating_add(1),
+                Some((place, by)) => state.see(at.number, &all[place], by, is_selected[place]),
+                None => state.missed = state.missed.saturating_add(1),
             }
         }
         self.frame = at.number;
         for (&place, before) in newcomers.iter().zip(before) {
-            let parent = before.or_else(|| self.holds_now(all[place].hole, &mut find_region));
+            let parent = before.or_else(|| self.current_holder(all[place].hole, &mut find_region));
             self.states.push(TrackState::new(self.next_key, at.number, all[place].clone(), parent));
             self.next_key += 1;
         }
-        let events = self.tell(at, &mut find_region);
-        self.look_in_turn(&mut find_region);
-        let alive = self.announced().map(|life| life.track).collect();
+        let events = self.collect_events(at, &mut find_region);
+        self.refresh_regions(&mut find_region);
+        let alive = self.announced().map(|state| state.track).collect();
         TrackStep { number: at.number, time: at.time, events, alive, left_out }
     }
 
-    /// Looks at the regions that were not looked at for the longest time. A large one has to wait until enough has been saved up for it.
-    fn look_in_turn(&mut self, find_region: &mut impl FnMut(&Sighting) -> R) {
+    /// Finds the regions again that were not found for the longest time. A large region waits until the budget of
+    /// several frames suffices.
+    fn refresh_regions(&mut self, find_region: &mut impl FnMut(&Detection) -> R) {
         let frame = self.frame;
-        let is_due = |life: &&mut TrackState<R>| life.is_there() && life.shaped < frame;
+        let is_due = |state: &&mut TrackState<R>| state.is_there() && state.region_frame < frame;
         let mut due: Vec<&mut TrackState<R>> = self.states.iter_mut().filter(is_due).collect();
-        due.sort_unstable_by_key(|life| (life.shaped, life.key));
-        self.saved += IN_TURN;
-        for life in due {
-            let Some(left) = self.saved.checked_sub(life.region.vertex_count().max(1)) else { return };
-            life.shape(frame, find_region);
-            self.saved = left;
+        due.sort_unstable_by_key(|state| (state.region_frame, state.key));
+        self.region_budget += REGION_VERTICES;
+        for state in due {
+            let Some(left) = self.region_budget.checked_sub(state.region.vertex_count().max(1)) else { return };
+            state.refresh_region(frame, find_region);
+            self.region_budget = left;
         }
-        self.saved = 0;
+        self.region_budget = 0;
     }
 
-    /// The announced life in whose hole, as it was looked at last, a point lies: the smallest, if there are several.
-    fn held(&self, point: [f64; 2]) -> Option<u64> {
-        let holds = |life: &&TrackState<R>| held(&life.region, life.shift(), point);
+    /// The announced track whose last region contains a point; the smallest, if there are several.
+    fn holder_of(&self, point: [f64; 2]) -> Option<u64> {
+        let holds = |state: &&TrackState<R>| held(&state.region, state.shift(), point);
         smallest(self.announced().filter(holds))
     }
 
-    /// The same among those that are there, as they are now.
-    fn holds_now(&mut self, hole: Hole, find_region: &mut impl FnMut(&Sighting) -> R) -> Option<u64> {
+    /// The same among the tracks that are detected, with their current regions.
+    fn current_holder(&mut self, hole: Hole, find_region: &mut impl FnMut(&Detection) -> R) -> Option<u64> {
         let (frame, point) = (self.frame, hole.center);
-        let is_near = |life: &&mut TrackState<R>| {
-            let is_small = hole.radius < SUBSTANTIAL * life.track.hole.radius;
-            let is_near = life.region.is_near(point) || life.region.is_near(back(point, life.shift()));
-            life.is_there() && !is_small && is_near
+        let is_near = |state: &&mut TrackState<R>| {
+            let is_small = hole.radius < SUBSTANTIAL * state.track.hole.radius;
+            let is_near = state.region.is_near(point) || state.region.is_near(back(point, state.shift()));
+            state.is_there() && !is_small && is_near
         };
-        self.states.iter_mut().filter(is_near).for_each(|life| life.shape(frame, find_region));
-        smallest(self.states.iter().filter(|life| life.is_there() && held(&life.region, life.shift(), point)))
+        self.states.iter_mut().filter(is_near).for_each(|state| state.refresh_region(frame, find_region));
+        smallest(self.states.iter().filter(|state| state.is_there() && held(&state.region, state.shift(), point)))
     }
 
-    /// What has happened, in order of ids.
-    fn tell(&mut self, at: At, find_region: &mut impl FnMut(&Sighting) -> R) -> Vec<TrackEvent> {
+    /// The events of a frame, in order of track ids.
+    fn collect_events(&mut self, at: FrameStamp, find_region: &mut impl FnMut(&Detection) -> R) -> Vec<TrackEvent> {
         let TrackOptions { confirm, miss, delta, .. } = self.options;
-        // Who was never announced goes without a word.
-        self.states.retain(|life| life.is_announced || life.missed == 0 && life.track.is_selected);
+        // A track that was never announced is dropped without an event.
+        self.states.retain(|state| state.is_announced || state.missed == 0 && state.track.is_selected);
         let mut events = Vec::new();
         let mut ended = Vec::new();
         for place in 0..self.states.len() {
-            let life = &self.states[place];
-            let (hole, parent) = (life.track.hole, life.parent);
+            let state = &self.states[place];
+            let (hole, parent) = (state.track.hole, state.parent);
             let mut kinds = Vec::new();
-            if life.missed >= miss.get() {
-                ended.push(life.key);
-                let heir = self.holds_now(hole, find_region);
+            if state.missed >= miss.get() {
+                ended.push(state.key);
+                let heir = self.current_holder(hole, find_region);
                 kinds.push(self.id_of(heir).map_or(EventKind::Died, |into| EventKind::Merged { into }));
-            } else if life.is_there() {
-                kinds.extend(life.update(delta).map(EventKind::Updated));
-                kinds.extend(life.selection_change(confirm, miss));
-            } else if !life.is_announced && at.number - life.first_seen + 1 >= u64::from(confirm.get()) {
+            } else if state.is_there() {
+                kinds.extend(state.update(delta).map(EventKind::Updated));
+                kinds.extend(state.selection_change(confirm, miss));
+            } else if !state.is_announced && at.number - state.first_seen + 1 >= u64::from(confirm.get()) {
                 let parent = self.id_of(parent);
-                self.states[place].shape(at.number, find_region);
+                self.states[place].refresh_region(at.number, find_region);
                 kinds.push(parent.map_or(EventKind::Born, |from| EventKind::Split { from }));
             }
             for kind in kinds {
                 let id = TrackId(self.next_id);
-                let life = &mut self.states[place];
-                if life.record(kind, id) {
+                let state = &mut self.states[place];
+                if state.record(kind, id) {
                     self.next_id += 1;
                 }
-                events.push(TrackEvent { frame: at.number, time: at.time, kind, track: life.track });
+                events.push(TrackEvent { frame: at.number, time: at.time, kind, track: state.track });
             }
         }
-        self.states.retain(|life| !ended.contains(&life.key));
+        self.states.retain(|state| !ended.contains(&state.key));
         events.sort_by_key(|event| event.track.id);
         events
     }
 
-    /// The name of a life that is there.
+    /// The id of a track that is detected.
     fn id_of(&self, key: Option<u64>) -> Option<TrackId> {
-        self.states.iter().find(|life| Some(life.key) == key && life.is_there()).map(|life| life.track.id)
+        self.states.iter().find(|state| Some(state.key) == key && state.is_there()).map(|state| state.track.id)
     }
 }
 
 fn smallest<'a, R: 'a>(states: impl Iterator<Item = &'a TrackState<R>>) -> Option<u64> {
-    states.min_by(|a, b| a.track.area.total_cmp(&b.track.area)).map(|life| life.key)
+    states.min_by(|a, b| a.track.area.total_cmp(&b.track.area)).map(|state| state.key)
 }
 
 #[cfg(test)]
@@ -205,7 +212,7 @@ mod tests {
     use crate::topology::testing::{Points, clouds, ring};
     use crate::topology::{Changed, Options, Pipeline, TrackRule, Tracker, ViewSpec, Window};
 
-    /// A stream whose frames replace each other, and who follows it.
+    /// A stream whose frames replace each other, and its tracker.
     struct Scene {
         pipeline: Pipeline,
         tracker: Tracker,
@@ -225,7 +232,7 @@ mod tests {
             self.pipeline.poll_tracks(&mut self.tracker).expect("a frame was committed")
         }
 
-        /// What has happened in some frames that are alike, updates left out.
+        /// The events of some equal frames, without updates.
         fn hold(&mut self, frames: usize, points: &[[f64; 2]]) -> Vec<(u64, u64, EventKind)> {
             let steps: Vec<TrackStep> = (0..frames).map(|_| self.show(points)).collect();
             let events = steps.iter().flat_map(|step| &step.events);
@@ -238,7 +245,7 @@ mod tests {
         points.iter().map(|[x, y]| [x + dx, y + dy]).collect()
     }
 
-    /// The border of two discs of radii 10 and 8 whose centres are so far apart.
+    /// The border of two discs of radii 10 and 8 whose centres are this far apart.
     fn pair(apart: f64) -> Points {
         let (big, small) = (ring(63, 10.0), moved(&ring(50, 8.0), [apart, 0.0]));
         let outside = |point: &&[f64; 2], center: f64, radius: f64| (point[0] - center).hypot(point[1]) > radius;
@@ -267,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flash_is_no_track_and_a_gap_does_not_end_one() {
+    fn one_frame_is_no_track_and_a_short_gap_ends_none() {
         let mut scene = Scene::new(ABOVE);
         let circle = ring(40, 10.0);
         let flash = [circle.clone(), moved(&circle, [50.0, 0.0])].concat();
@@ -278,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hole_that_divides_keeps_its_name_and_names_its_part() {
+    fn a_hole_that_divides_keeps_its_id_and_its_part_names_it() {
         let mut scene = Scene::new(ABOVE);
         assert_eq!(scene.hold(3, &pair(14.0)), [(2, 1, EventKind::Born)]);
         let split = EventKind::Split { from: TrackId(1) };
@@ -298,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn out_of_the_view_is_not_out_of_the_world() {
+    fn a_track_out_of_the_selection_goes_on() {
         let mut scene = Scene::new(TrackRule::Top(NonZeroU32::MIN));
         let (large, small) = (ring(40, 10.0), moved(&ring(40, 8.0), [40.0, 0.0]));
         assert_eq!(scene.hold(3, &small), [(2, 1, EventKind::Born)]);
@@ -308,18 +315,18 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_less_than_asked_for_is_not_told() {
+    fn changes_below_delta_are_not_reported() {
         let mut scene = Scene::new(ABOVE);
         scene.tracker.options.delta = 1.0;
         let circle = ring(40, 10.0);
         scene.hold(2, &circle);
-        let told: Vec<usize> =
+        let reported: Vec<usize> =
             (1..=7).map(|step| scene.show(&moved(&circle, [f64::from(step) * 0.4, 0.0])).events.len()).collect();
-        assert_eq!(told, [0, 0, 1, 0, 0, 1, 0]);
+        assert_eq!(reported, [0, 0, 1, 0, 0, 1, 0]);
     }
 
     #[test]
-    fn a_frame_is_told_once_and_skipped_ones_count() {
+    fn a_frame_is_reported_once_and_skipped_frames_count() {
         let mut scene = Scene::new(ABOVE);
         let circle = ring(40, 10.0);
         scene.show(&circle);
@@ -330,13 +337,13 @@ mod tests {
         assert_eq!((step.number, step.events[0].kind, step.events[0].track.age), (3, EventKind::Born, 3));
     }
 
-    /// Where an annulus is filled last is anywhere on a circle, from the first frame on.
+    /// The last point of an annulus to be filled may be anywhere on a circle, from the first frame on.
     #[test]
     fn an_annulus_is_announced_though_its_centre_jumps() {
         let mut scene = Scene::new(ABOVE);
         let turned = |angle: f64| -> Points {
             let (sin, cos) = angle.sin_cos();
-            // A dent inwards on the outer ring's far side leaves the widest place opposite.
+            // A dent inwards on one side of the outer ring leaves the widest place on the other.
             let dented = |[x, y]: [f64; 2]| if x < 0.0 { [0.96 * x, y] } else { [x, y] };
             let rings = [ring(126, 20.0).into_iter().map(dented).collect(), ring(40, 6.0)].concat();
             rings.into_iter().map(|[x, y]| [cos * x - sin * y, sin * x + cos * y]).collect()
@@ -351,7 +358,7 @@ mod tests {
         assert_eq!(third.alive.len(), 2);
     }
 
-    /// Rings that jump about, some close to each other, in clouds of every kind; between frames a part of the points changes.
+    /// Rings that jump, some close to each other, in clouds of every kind. A part of the points changes between frames.
     fn frames() -> impl Strategy<Value = Vec<Points>> {
         let circle = (8..30_u32, 0.2..1.5, -2.0..2.0, -2.0..2.0);
         let circles = prop::collection::vec(circle, 0..4).prop_map(|circles| {
@@ -383,7 +390,8 @@ mod tests {
         ]
     }
 
-    /// Every track begins once, ends once, and is told of in between only; those alive are those that have begun and not ended.
+    /// Every track begins once and ends once. It has events in between only. Living tracks are those that have begun
+    /// and not ended.
     fn check_lives(living: &mut Vec<TrackId>, step: &TrackStep) {
         for event in &step.events {
             let id = event.track.id;
@@ -405,7 +413,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
 
-        /// Not the order of points, nor how skeletons are found, decides anything; and regions that were kept are those that would be found.
+        /// Neither the order of points nor the way in which skeletons are found decides anything. Cached regions equal
+        /// found ones.
         #[test]
         fn tracks_depend_on_positions_alone((frames, seed) in (frames(), any::<u64>()), rule in rules()) {
             let mut scene = Scene::new(rule);
@@ -427,9 +436,9 @@ mod tests {
                     };
                     prop_assert!(frame.skeleton.dots().iter().any(|dot| is_its(&dot)));
                     prop_assert!(region.area() > 0.0 && region.contains(track.hole.center));
-                    let life = scene.tracker.states.iter().find(|life| life.track.id == id).expect("it lives");
-                    if life.shaped == step.number {
-                        prop_assert_eq!((&life.region, track.area), (&region, region.area()));
+                    let state = scene.tracker.states.iter().find(|state| state.track.id == id).expect("it lives");
+                    if state.region_frame == step.number {
+                        prop_assert_eq!((&state.region, track.area), (&region, region.area()));
                     }
                 }
             }

@@ -1,12 +1,15 @@
-//! The hole of a dot at its birth: which triangles it is made of, and the walks around it.
+//! The hole of a dot at its birth: its triangles and the walks around it.
 //!
-//! In: a dot by the triangle that names its death and its critical edge, and the triangulation to look around in. Out: a [`Flood`], or loops of
-//! vertices. The hole at birth is the component of the dual graph that the critical edge is about to join to an elder one: all triangles that can be reached
-//! from the one that names the death by crossing edges that come before the critical edge in the total order. An attached edge
-//! is crossed whatever its scale, since its triangle and the edge cancel: a hole is a union of basins. Invariants: a hole costs time in proportion to its
-//! triangles, whatever the cloud; the boundary is made of Gabriel edges no longer than the critical edge, which is one of them; each boundary edge is passed
-//! once, with the hole on its left; edges inside the hole, dangling ones among them, are no boundary; the loops depend on the cloud
-//! alone, not on how cocircular faces are cut into triangles. Must not know: views, frames, how dots are found.
+//! In: the triangle that names a dot's death, its critical edge, and the triangulation.
+//! Out: the boundary as closed walks of vertices.
+//! Invariants: the hole at birth is the component of the dual graph that the critical edge is about to join to an elder
+//! one: all triangles that can be reached from the one that names the death by crossing edges that come before the
+//! critical edge in the total order. An attached edge is crossed whatever its scale, since its triangle and the edge
+//! cancel: a hole is a union of basins. The cost is proportional to the hole's triangles, whatever the cloud. The
+//! boundary consists of Gabriel edges no longer than the critical edge, which is one of them; each is passed once, with
+//! the hole on its left. Edges inside the hole, dangling ones included, are not part of the boundary. The walks depend
+//! on the cloud alone, not on how cocircular faces are cut into triangles.
+//! Must not know: views, frames, how dots are found.
 
 use hashbrown::HashTable;
 
@@ -14,27 +17,28 @@ use crate::topology::cloud::{Located, Position, Slot, half_length_squared};
 use crate::topology::plane::delaunay::{Delaunay, HalfEdge, HalfEdges};
 use crate::topology::plane::geometry::are_cocircular;
 
-/// The boundary of a hole at its birth, as closed walks along the edges of the alpha complex at that scale.
+/// The boundary of a hole at its birth: closed walks along the edges of the alpha complex at that scale.
 ///
-/// The first walk is the outer one and runs counter-clockwise; the others run clockwise around islands in the hole. A walk begins
-/// at its smallest vertex by position, which is not repeated at its end; it passes a vertex more than once where the boundary touches itself. The
-/// critical edge is on the outer walk, or on an island when what it opens to is inside.
+/// The first walk is the outer one and runs counter-clockwise. The others run clockwise around islands in the hole. A
+/// walk begins at its smallest vertex by position, which is not repeated at its end. It passes a vertex more than once
+/// where the boundary touches itself. The critical edge is on the outer walk, or on an island if the component that it
+/// joins is inside.
 pub type Walks = Vec<Vec<Located<Slot>>>;
 
-/// The boundary of the hole of a dot; none, if no such dot is of this triangulation.
+/// The boundary of the hole of a dot; none if the triangulation has no such dot.
 pub fn boundary(delaunay: &Delaunay, name: [Located<Slot>; 3], critical: [Position; 2]) -> Option<Walks> {
     flood(delaunay, name, critical).map(|flood| flood.walks())
 }
 
-/// Finds the triangles of the hole of a dot.
+/// The triangles of the hole of a dot.
 fn flood<'a>(delaunay: &'a Delaunay, name: [Located<Slot>; 3], critical: [Position; 2]) -> Option<Flood<'a>> {
     let plane = delaunay.half_edges()?;
-    let summit = summit(plane, delaunay.edge_out_of(name[0].1)?, name)?;
-    let mut flood = Flood { plane, barrier: order(critical), found: Vec::new(), seen: Numbers::default() };
-    flood.reach(summit);
-    let mut looked_at = 0;
-    while let Some(&face) = flood.found.get(looked_at) {
-        looked_at += 1;
+    let maximum = named_maximum(plane, delaunay.edge_out_of(name[0].1)?, name)?;
+    let mut flood = Flood { plane, barrier: order(critical), triangles: Vec::new(), seen: NumberSet::default() };
+    flood.reach(maximum);
+    let mut next = 0;
+    while let Some(&face) = flood.triangles.get(next) {
+        next += 1;
         for edge in plane.around(face) {
             if flood.is_crossed(edge) {
                 let twin = plane.twin(edge);
@@ -48,8 +52,9 @@ fn flood<'a>(delaunay: &'a Delaunay, name: [Located<Slot>; 3], critical: [Positi
     Some(flood)
 }
 
-/// The local maximum of a name, by a half-edge that has it on its left. `out` leads out of the first site of the name.
-fn summit(plane: HalfEdges<'_>, out: HalfEdge, name: [Located<Slot>; 3]) -> Option<HalfEdge> {
+/// The local maximum of this name, as a half-edge with the maximum on its left. `out` is a half-edge out of the first
+/// site of the name.
+fn named_maximum(plane: HalfEdges<'_>, out: HalfEdge, name: [Located<Slot>; 3]) -> Option<HalfEdge> {
     if plane.origin(out) != name[0] {
         return None;
     }
@@ -58,7 +63,7 @@ fn summit(plane: HalfEdges<'_>, out: HalfEdge, name: [Located<Slot>; 3]) -> Opti
     let mut edge = out;
     loop {
         if !plane.is_outer(edge) && plane.corners(edge).into_iter().all(on_circle) {
-            return plane.summit_of_circle(edge).filter(|&summit| plane.name(summit) == name);
+            return plane.maximum_on_circle(edge).filter(|&maximum| plane.name(maximum) == name);
         }
         edge = plane.turn(edge);
         if edge == out {
@@ -71,20 +76,20 @@ fn summit(plane: HalfEdges<'_>, out: HalfEdge, name: [Located<Slot>; 3]) -> Opti
 struct Flood<'a> {
     plane: HalfEdges<'a>,
     barrier: Order,
-    /// Each by a half-edge that has it on its left.
-    found: Vec<HalfEdge>,
-    /// The same, by number.
-    seen: Numbers,
+    /// Each as a half-edge with the triangle on its left.
+    triangles: Vec<HalfEdge>,
+    /// The numbers of these triangles.
+    seen: NumberSet,
 }
 
 impl Flood<'_> {
     fn reach(&mut self, face: HalfEdge) {
         if self.seen.insert(self.plane.face_number(face)) {
-            self.found.push(face);
+            self.triangles.push(face);
         }
     }
 
-    /// Whether the triangles beside an edge are of one basin, or the edge comes before the critical one.
+    /// Whether the triangles on both sides of an edge are in one basin, or the edge comes before the critical edge.
     fn is_crossed(&self, edge: HalfEdge) -> bool {
         let twin = self.plane.twin(edge);
         let [a, b] = self.plane.ends(edge).map(|site| site.0);
@@ -100,20 +105,20 @@ impl Flood<'_> {
     }
 
     fn walks(&self) -> Walks {
-        let mut passed = Numbers::default();
+        let mut passed = NumberSet::default();
         let mut walks = Vec::new();
-        for edge in self.found.iter().flat_map(|&face| self.plane.around(face)) {
+        for edge in self.triangles.iter().flat_map(|&face| self.plane.around(face)) {
             if self.is_boundary(edge) && !passed.contains(self.plane.edge_number(edge)) {
                 walks.push(self.walk(edge, &mut passed));
             }
         }
-        // Nothing is smaller than the smallest vertex of the outer walk.
+        // The outer walk contains the smallest vertex of all.
         walks.sort_unstable_by_key(|walk| step(walk, 0));
         walks
     }
 
     /// Walks along the boundary with the hole on the left, until back at `first`.
-    fn walk(&self, first: HalfEdge, passed: &mut Numbers) -> Vec<Located<Slot>> {
+    fn walk(&self, first: HalfEdge, passed: &mut NumberSet) -> Vec<Located<Slot>> {
         let mut walk = Vec::new();
         let mut edge = first;
         loop {
@@ -129,7 +134,7 @@ impl Flood<'_> {
         walk
     }
 
-    /// The next boundary edge around the end of one: crosses the hole's triangles there until it ends.
+    /// The next boundary edge around the end of an edge. Crosses the triangles of the hole there.
     fn turn(&self, edge: HalfEdge) -> HalfEdge {
         let mut next = self.plane.next(edge);
         while !self.is_boundary(next) {
@@ -139,12 +144,12 @@ impl Flood<'_> {
     }
 }
 
-/// Where the step of a walk at `place` begins and ends.
+/// The begin and the end of the step at `place` of a walk.
 fn step(walk: &[Located<Slot>], place: usize) -> [Position; 2] {
     [walk[place], walk[(place + 1) % walk.len()]].map(|site| site.0)
 }
 
-/// A squared scale and the ends, by position: what decides the total order between Gabriel edges.
+/// The squared scale and the ends of a Gabriel edge, by position: its place in the total order.
 type Order = (f64, [Position; 2]);
 
 fn order([a, b]: [Position; 2]) -> Order {
@@ -152,17 +157,17 @@ fn order([a, b]: [Position; 2]) -> Order {
     (half_length_squared(a, b), [a, b])
 }
 
-/// Whether an edge is taken before another one: in DEcreasing order.
+/// Whether an edge comes before another one in the order of the reduction, which is DEcreasing.
 fn is_before(a: Order, b: Order) -> bool {
     a.0 > b.0 || a.0 == b.0 && a.1 > b.1
 }
 
 /// A set of numbers.
 #[derive(Debug, Default)]
-struct Numbers(HashTable<u32>);
+struct NumberSet(HashTable<u32>);
 
-impl Numbers {
-    /// Adds a number; false when it was there.
+impl NumberSet {
+    /// Adds a number; returns false if it was there.
     fn insert(&mut self, number: u32) -> bool {
         let is_new = !self.contains(number);
         if is_new {
@@ -176,7 +181,7 @@ impl Numbers {
     }
 }
 
-/// Spreads the bits of small numbers over all 64, as the table needs it.
+/// Spreads the bits of small numbers over all 64 bits, as the table needs it.
 fn mix(number: u32) -> u64 {
     let mixed = u64::from(number).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     mixed ^ (mixed >> 32)
@@ -197,10 +202,10 @@ mod tests {
 
     type Paths = Vec<Vec<[f64; 2]>>;
 
-    /// All that holes are made of.
+    /// A cloud with its triangulation and skeleton.
     struct Scene {
         delaunay: Delaunay,
-        /// Of each vertex of the skeleton: its slot.
+        /// The slot of each vertex of the skeleton.
         slots: Vec<Slot>,
         skeleton: Skeleton,
     }
@@ -236,7 +241,7 @@ mod tests {
         fn faces(&self, dot: &Dot) -> Vec<[Position; 3]> {
             let Some(flood) = self.flood(dot) else { return Vec::new() };
             let corners = |&face: &HalfEdge| by_position(flood.plane.corners(face)).map(|site| site.0);
-            flood.found.iter().map(corners).collect()
+            flood.triangles.iter().map(corners).collect()
         }
 
         /// By places in the skeleton's list of vertices.
@@ -268,7 +273,7 @@ mod tests {
         steps(walk).map(|[[ax, ay], [bx, by]]| (ax - x) * (by - y) - (bx - x) * (ay - y)).sum::<f64>() / 2.0
     }
 
-    /// How often a walk goes around a point, counter-clockwise.
+    /// The winding number of a walk around a point, counter-clockwise.
     fn winding([x, y]: [f64; 2], walk: &[[f64; 2]]) -> i32 {
         let turn = |[[ax, ay], [bx, by]]: [[f64; 2]; 2]| {
             let cross = (ax - x) * (by - y) - (bx - x) * (ay - y);
@@ -294,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn clouds_without_holes_are_no_trouble() {
+    fn clouds_without_holes_have_no_boundaries() {
         for points in [&[][..], &[[1.0, 2.0]], &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 0.0]]] {
             let scene = Scene::new(points);
             assert_eq!(scene.skeleton.dots(), []);
@@ -304,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_dot_here_has_no_hole() {
+    fn unknown_dots_have_no_hole() {
         let scene = Scene::new(&ring(12, 5.0));
         let [dot] = scene.skeleton.dots() else { panic!("one dot") };
         assert_eq!(scene.faces(dot).len(), 10);
@@ -316,7 +321,7 @@ mod tests {
         for name in [moved, other] {
             assert!(flood(&scene.delaunay, name, critical).is_none());
         }
-        // A barrier below all edges opens to the outside.
+        // With a barrier below all edges, the hole is open to the outer face.
         assert!(flood(&scene.delaunay, dot.triangle.map(site), [critical[0], critical[0]]).is_none());
     }
 
@@ -374,7 +379,8 @@ mod tests {
     #[test]
     fn a_hole_may_open_to_its_island() {
         let mut points = ring(60, 10.0);
-        // The inner ring has the wider steps, and what it holds is the wider hole: there the one around it ends.
+        // The inner ring has the longer steps, and its hole is the larger one. The hole around it therefore opens to
+        // the inside.
         points.extend(ring(32, 7.0).into_iter().map(|[x, y]| [x + 0.01, y]));
         let scene = Scene::new(&points);
         let around = scene.skeleton.dots().iter().find(|dot| (1.4..1.7).contains(&dot.death)).unwrap();
@@ -441,14 +447,14 @@ mod tests {
             }
         }
 
-        /// Of all triangles in a hole, the one that names the death is filled last; and holes that meet are nested.
+        /// The triangle that names the death is filled last of a hole's triangles. Holes that meet are nested.
         #[test]
         fn a_hole_is_filled_at_its_death(points in clouds()) {
             let scene = Scene::new(&points);
             let all: Vec<Vec<[Position; 3]>> = scene.skeleton.dots().iter().map(|dot| scene.faces(dot)).collect();
             for (faces, dot) in all.iter().zip(scene.skeleton.dots()) {
                 let last = faces.iter().map(|&face| circumradius_squared(face).sqrt()).fold(0.0, f64::max);
-                // A face with more sites on its circle may be cut in another way than the one that names its death.
+                // A face with more sites on its circle may be cut in another way than for its name.
                 prop_assert!((last - dot.death).abs() <= 1e-12 * dot.death, "{last} {}", dot.death);
             }
             for (a, b) in all.iter().flat_map(|a| all.iter().map(move |b| (a, b))) {

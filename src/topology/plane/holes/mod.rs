@@ -1,4 +1,8 @@
-//! What is planar of a dot's hole: its boundary at birth, the region inside, and a cache of regions.
+//! The planar part of a dot's hole: its boundary at birth, the region inside, and a cache of regions.
+//!
+//! In: a dot's name and critical edge, the triangulation.
+//! Out: closed walks and regions.
+//! Must not know: tracks, frames, views.
 
 mod boundary;
 mod region;

@@ -1,30 +1,33 @@
-//! The region that a hole takes up at its birth, as it is kept from frame to frame.
+//! The region of a hole at its birth.
 //!
-//! In: the walks around a hole. Out: a [`Region`]: its boundary, its area, whether a point lies in it or near it, or can change it. Invariants: it depends on positions alone, bit for
-//! bit. Must not know: tracks, frames, the triangulation.
+//! In: the walks around a hole.
+//! Out: a [`Region`]: its boundary and area; whether it contains a point, is near to one, or can be changed by a
+//! vertex.
+//! Invariant: it depends on positions alone, bit for bit.
+//! Must not know: tracks, frames, the triangulation.
 
 use std::sync::Arc;
 
 use super::boundary::Walks;
 use crate::topology::cloud::{Located, Position, Slot, VertexId};
 
-/// A vertex of a boundary and where it is.
+/// A vertex of a boundary with its position.
 pub type BoundaryVertex = (VertexId, Position);
 
-/// The region that a hole takes up at its birth.
+/// The region of a hole at its birth.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
-    /// Shared by those who keep it.
+    /// Shared between copies.
     boundary: Arc<Vec<Vec<BoundaryVertex>>>,
     area: f64,
-    /// Opposite corners of a box around it.
+    /// Opposite corners of the bounding box.
     bounds: [[f64; 2]; 2],
-    /// The same of a box around the circles that have the edges of its boundary as diameters.
+    /// The same for the circles that have the edges of the boundary as diameters.
     reach: [[f64; 2]; 2],
 }
 
 impl Region {
-    /// From the walks around it.
+    /// The region inside some walks.
     pub(crate) fn new(walks: Walks, id: impl Fn(Slot) -> VertexId) -> Self {
         let named = |walk: Vec<Located<Slot>>| walk.into_iter().map(|(at, slot)| (id(slot), at)).collect();
         let boundary: Vec<Vec<BoundaryVertex>> = walks.into_iter().map(named).collect();
@@ -39,30 +42,33 @@ impl Region {
         Self { boundary: Arc::new(boundary), area, bounds, reach }
     }
 
-    /// Closed walks around it, each without its first vertex at the end: the outer one counter-clockwise, then those around islands in it, clockwise. The outer walk
-    /// is the cycle of the dot: it is born with the critical edge and filled with the hole.
+    /// Closed walks around the region, each without its first vertex at the end: the outer one counter-clockwise, then
+    /// those around islands, clockwise. The outer walk is the cycle of the dot: it is born with the critical edge and
+    /// filled with the hole.
     pub fn boundary(&self) -> &[Vec<BoundaryVertex>] {
         &self.boundary
     }
 
-    /// Its area, islands left out.
+    /// The area, without islands.
     pub fn area(&self) -> f64 {
         self.area
     }
 
-    /// Whether a point lies in it.
+    /// Whether a point is in it.
     pub fn contains(&self, point: [f64; 2]) -> bool {
         is_within(self.bounds, point) && self.boundary.iter().map(|walk| winding(point, walk)).sum::<i32>() != 0
     }
 
-    /// Whether a vertex that comes or goes there may change it. Nothing elsewhere does, as long as the dot is named by the same triangle and edge: a vertex in the
-    /// circumcircle of one of its triangles is in that of the last one before the boundary on the way there, or within; that one does not flow across the boundary, so what
-    /// lies of its circle beyond an edge is in the circle around that edge; and only a vertex in there could make what is beyond flow in.
+    /// Whether a vertex that appears or vanishes at a position may change the region. While the dot keeps its name and
+    /// critical edge, no vertex elsewhere does. Proof: let a vertex be in the circumcircle of a triangle of the region.
+    /// Then it is in that of the last triangle before the boundary on the way there, or inside the region. That last
+    /// triangle does not flow across the boundary, so the part of its circle beyond an edge is inside the circle around
+    /// that edge. And only a vertex in there could make a triangle beyond the boundary flow into the region.
     pub(crate) fn is_touched(&self, vertex: Position) -> bool {
         is_within(self.reach, vertex.xy())
     }
 
-    /// Whether a point is no farther from the box around it than half of the box' sides.
+    /// Whether a point is at most half of the box' sides away from the bounding box.
     pub(crate) fn is_near(&self, point: [f64; 2]) -> bool {
         let [low, high] = self.bounds;
         let is_there = !self.boundary.is_empty();
@@ -74,13 +80,13 @@ impl Region {
     }
 }
 
-/// A box around nothing.
+/// The box around nothing.
 const NOTHING: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
 
-/// Circles are rounded; what is said of them is said of ones that are larger by this share of the radius.
+/// Circles are rounded. They are made larger by this share of the radius.
 const MARGIN: f64 = 1e-6;
 
-/// Makes room in a box for a square around a point.
+/// Extends a box by a square around a point.
 fn widen([low, high]: &mut [[f64; 2]; 2], point: [f64; 2], half_side: f64) {
     for axis in 0..2 {
         low[axis] = low[axis].min(point[axis] - half_side);
@@ -102,7 +108,7 @@ fn area(walk: &[BoundaryVertex]) -> f64 {
     steps(walk).map(|[[ax, ay], [bx, by]]| (ax - x) * (by - y) - (bx - x) * (ay - y)).sum::<f64>() / 2.0
 }
 
-/// How often a walk goes around a point, counter-clockwise.
+/// The winding number of a walk around a point, counter-clockwise.
 fn winding([x, y]: [f64; 2], walk: &[BoundaryVertex]) -> i32 {
     let turn = |[[ax, ay], [bx, by]]: [[f64; 2]; 2]| {
         let cross = (ax - x) * (by - y) - (bx - x) * (ay - y);
@@ -136,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_near_a_region_may_be_outside() {
+    fn points_near_a_region_may_be_outside() {
         let region = square_with_island();
         for (point, is_near) in [([5.9, -1.9], true), ([6.1, 2.0], false), ([1.5, 1.5], true), ([2.0, -2.1], false)] {
             assert_eq!(region.is_near(point), is_near, "{point:?}");
@@ -145,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn what_touches_a_region_is_near_its_boundary_or_inside() {
+    fn vertices_touch_a_region_near_its_boundary_or_inside() {
         let region = square_with_island();
         for ([x, y], touches) in [([2.0, -2.0], true), ([2.0, 2.0], true), ([2.0, -2.1], false), ([6.1, 2.0], false)] {
             assert_eq!(region.is_touched(Position::new(x, y).unwrap()), touches, "{x}, {y}");

@@ -1,53 +1,57 @@
-//! Regions of holes that were looked at, kept until something changes that may change them.
+//! A cache of the regions of holes.
 //!
-//! In: what is asked for, what changes. Out: regions. Invariants: what is given is what would be found; what nobody has asked for in the frame before
-//! is forgotten. Must not know: how regions are found, who asks.
+//! In: names of holes, positions at which vertices appear or vanish.
+//! Out: regions.
+//! Invariants: a cached region equals the one that would be found. A region that was not used since the last change is
+//! dropped.
+//! Must not know: how regions are found, what they are used for.
 
 use std::collections::HashMap;
 
 use super::region::Region;
 use crate::topology::cloud::{Position, VertexId};
 
-/// So many looks at whether a vertex touches a region are taken, at the most; where there would be more, all is forgotten.
-const MOST_LOOKS: usize = 1 << 20;
+/// The most tests of a vertex against a region in one change. Beyond it the cache is cleared.
+const MOST_TESTS: usize = 1 << 20;
 
-/// What a region depends on, beside its triangles: where it is filled, and what it was about to open to.
+/// The name of a hole: the triangle at which it is filled and its critical edge. Beside the cloud near it, its region
+/// depends on nothing else.
 pub type HoleName = ([VertexId; 3], [VertexId; 2]);
 
-/// Regions, by their names.
+/// Regions by the names of their holes.
 #[derive(Clone, Debug, Default)]
-pub struct RegionCache(HashMap<HoleName, Kept>);
+pub struct RegionCache(HashMap<HoleName, CachedRegion>);
 
 #[derive(Clone, Debug)]
-struct Kept {
+struct CachedRegion {
     region: Region,
-    /// Whether somebody has asked for it since the change before.
-    is_asked_for: bool,
+    /// Whether it was used since the last change.
+    is_used: bool,
 }
 
 impl RegionCache {
-    /// The region of a hole; it is found if it is not kept. One that is not there is not kept.
+    /// The region of a hole; it is found if it is not cached. A hole that is not found is not cached.
     pub fn get(&mut self, name: HoleName, find: impl FnOnce() -> Option<Region>) -> Region {
-        if let Some(kept) = self.0.get_mut(&name) {
-            kept.is_asked_for = true;
-            return kept.region.clone();
+        if let Some(cached) = self.0.get_mut(&name) {
+            cached.is_used = true;
+            return cached.region.clone();
         }
         let Some(region) = find() else { return Region::default() };
-        self.0.insert(name, Kept { region: region.clone(), is_asked_for: true });
+        self.0.insert(name, CachedRegion { region: region.clone(), is_used: true });
         region
     }
 
-    /// Vertices have come or gone there.
-    pub fn disturb(&mut self, changed: &[Position]) {
-        if changed.len().saturating_mul(self.0.len()) > MOST_LOOKS {
+    /// Drops the regions that vertices at these positions may have changed, and those that were not used.
+    pub fn invalidate(&mut self, changed: &[Position]) {
+        if changed.len().saturating_mul(self.0.len()) > MOST_TESTS {
             return self.clear();
         }
-        self.0.retain(|_, kept| {
-            std::mem::take(&mut kept.is_asked_for) && !changed.iter().any(|&vertex| kept.region.is_touched(vertex))
+        self.0.retain(|_, cached| {
+            std::mem::take(&mut cached.is_used) && !changed.iter().any(|&vertex| cached.region.is_touched(vertex))
         });
     }
 
-    /// Whether nothing is kept.
+    /// Whether nothing is cached.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -57,7 +61,7 @@ impl RegionCache {
         self.0.len()
     }
 
-    /// Anything may have changed.
+    /// Drops all regions.
     pub fn clear(&mut self) {
         self.0.clear();
     }
@@ -72,10 +76,10 @@ mod tests {
     use crate::topology::testing::{Points, clouds, lattice, ring};
     use crate::topology::{Options, Pipeline, TrackOptions, TrackRule, Tracker};
 
-    /// A point that comes, or one that goes, by its place among those that are there.
+    /// A point that appears, or one that vanishes, by its place among the current ones.
     type Step = (bool, usize, [f64; 2]);
 
-    /// A cloud with holes, and points that come and go, a few a frame.
+    /// A cloud with holes, and some points that appear or vanish in each frame.
     fn scripts() -> impl Strategy<Value = (Points, Vec<Vec<Step>>)> {
         let rings = (10..40_u32, 10..40_u32).prop_map(|(a, b)| [ring(a, 1.0), ring(b, 2.5)].concat());
         let grid = (4..9_u32, 4..9_u32).prop_map(|(columns, rows)| lattice(columns, rows));
@@ -86,7 +90,7 @@ mod tests {
         (cloud, prop::collection::vec(prop::collection::vec(change, 0..4), 1..12))
     }
 
-    /// Of so many dots, which are tracks at once.
+    /// Tracks the most persistent dots from their first frame on.
     fn tracker(most: u32) -> Tracker {
         let rule = TrackRule::Top(NonZeroU32::new(most).unwrap());
         Tracker::new(TrackOptions { confirm: NonZeroU32::MIN, ..TrackOptions::new(rule) })
@@ -109,7 +113,7 @@ mod tests {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
 
         #[test]
-        fn what_is_kept_is_what_would_be_found((cloud, script) in scripts()) {
+        fn cached_regions_equal_found_ones((cloud, script) in scripts()) {
             let mut pipeline = Pipeline::new(Options::default()).with_leaf(6);
             let mut tracker = tracker(60);
             let mut points = cloud;
@@ -117,18 +121,18 @@ mod tests {
             pipeline.commit(None);
             for changes in script {
                 pipeline.poll_tracks(&mut tracker);
-                let kept = pipeline.track_regions(&tracker);
+                let cached = pipeline.track_regions(&tracker);
                 let mut other = pipeline.clone();
                 other.forget_regions();
-                prop_assert_eq!(kept, other.track_regions(&tracker));
+                prop_assert_eq!(cached, other.track_regions(&tracker));
                 apply(&mut pipeline, &mut points, changes);
             }
         }
     }
 
-    /// How many regions of a ring and a far one have to be found again when points of the far one change.
+    /// Two rings. Points of the far one change; the region of the other stays cached.
     #[test]
-    fn what_is_out_of_reach_is_not_found_again() {
+    fn regions_out_of_reach_stay_cached() {
         let far = |count| ring(count, 1.0).into_iter().map(|[x, y]| [x + 10.0, y]).collect::<Points>();
         let mut pipeline = Pipeline::new(Options::default()).with_leaf(6);
         let mut tracker = tracker(2);

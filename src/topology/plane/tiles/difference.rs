@@ -1,7 +1,10 @@
-//! What a round of reductions has changed in a skeleton: old lists of tiles against new ones.
+//! The difference of a skeleton that a round of reductions makes.
 //!
-//! In: what tiles had resolved, and what they resolve now. Out: a [`Difference`]. Invariants: elements that have only moved from one tile to another are not
-//! in it; its lists do not depend on the order in which tiles were compared. Must not know: the tree of tiles, ids.
+//! In: what tiles had resolved, and what they resolve now.
+//! Out: a [`Difference`].
+//! Invariants: an element that only moved from one tile to another is not in it. As sets, its lists do not depend on
+//! the order in which tiles were compared.
+//! Must not know: the tree of tiles, ids.
 
 use std::cmp::Ordering;
 
@@ -11,21 +14,21 @@ use super::resolved::{EdgeOrder, Resolved};
 use crate::topology::cloud::Slot;
 use crate::topology::plane::elements::{TileDot, TreeEdge};
 
-/// What a change has done to a skeleton, by slots. No element stands on both sides.
+/// What a change did to a skeleton, by slots. No element is on both sides.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Difference {
-    /// Edges that the tree has gained.
+    /// New edges of the tree.
     pub tree_added: Vec<TreeEdge>,
-    /// Edges that the tree has lost.
+    /// Edges that left the tree.
     pub tree_removed: Vec<TreeEdge>,
-    /// Dots that are new, or have a new label.
+    /// Dots that are new or have a new label.
     pub dots_added: Vec<TileDot>,
-    /// Dots that are gone, or had another label.
+    /// Dots that are gone or had another label.
     pub dots_removed: Vec<TileDot>,
 }
 
 impl Difference {
-    /// Adds what turns one tile's lists into others; both are in order.
+    /// Adds the difference of one tile's old and new lists, which are in order.
     pub(super) fn compare(&mut self, order: &EdgeOrder<'_>, old: &Resolved, new: &Resolved) {
         let by_edge = |a: &TreeEdge, b: &TreeEdge| order.of(a.scale, a.ends, b.scale, b.ends);
         difference(&old.tree, &new.tree, by_edge, &mut self.tree_removed, &mut self.tree_added);
@@ -33,7 +36,7 @@ impl Difference {
         difference(&old.dots, &new.dots, by_birth, &mut self.dots_removed, &mut self.dots_added);
     }
 
-    /// Moves another one's elements here.
+    /// Moves the elements of another difference here.
     pub(super) fn take(&mut self, other: &mut Self) {
         self.tree_added.append(&mut other.tree_added);
         self.tree_removed.append(&mut other.tree_removed);
@@ -41,7 +44,7 @@ impl Difference {
         self.dots_removed.append(&mut other.dots_removed);
     }
 
-    /// Forgets elements that have only moved from one tile to another.
+    /// Removes elements that only moved from one tile to another.
     pub(super) fn cancel(&mut self) {
         let key = |[a, b]: [Slot; 2]| u64::from(a) << 32 | u64::from(b);
         cancel(&mut self.tree_removed, &mut self.tree_added, |edge| key(edge.ends));
@@ -49,7 +52,7 @@ impl Difference {
     }
 }
 
-/// Walks two lists in order, in step, and sorts out what is in one alone.
+/// Merges two sorted lists, and collects the elements that are in one of them only.
 fn difference<T: Copy + PartialEq>(
     old: &[T],
     new: &[T],
@@ -77,7 +80,7 @@ fn difference<T: Copy + PartialEq>(
     added.extend_from_slice(new);
 }
 
-/// Drops what stands in both of two lists without repetitions.
+/// Removes elements that are in both of two lists without repetitions.
 fn cancel<T: Copy + PartialEq>(removed: &mut Vec<T>, added: &mut Vec<T>, key: impl Fn(&T) -> u64) {
     let hash = |item: &T| {
         let mixed = key(item).wrapping_mul(0x9E37_79B9_7F4A_7C15);

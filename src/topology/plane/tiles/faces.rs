@@ -1,17 +1,19 @@
-//! Triangles whose two leaves meet: a hash table that is cleared and filled for each tile.
+//! A hash table of triangles that belong to two leaves or more. It is cleared and filled for each tile.
 //!
-//! In: triangles by a key, each with a node. Out: the node that the other end was noted with. Must not know: what nodes are.
+//! In: triangles by a key, each with a node.
+//! Out: the node that another leaf's part of the triangle was added with.
+//! Must not know: what nodes are.
 
 use crate::topology::cloud::Slot;
 
-/// Names a triangle: one of its half-edges that have it on the left, between its smallest and its middle corner.
+/// The key of a triangle: its half-edge, with the triangle on the left, between its smallest and its middle corner.
 pub type FaceKey = u64;
 
-/// Triangles of which a leaf has seen one end or both.
+/// Triangles of which one end or both were added.
 #[derive(Clone, Debug, Default)]
 pub struct Faces {
     list: Vec<Face>,
-    /// Places in the list, one more than they are, by hash; 0 where there is none.
+    /// Places in the list plus one, by hash; 0 is empty.
     table: Vec<u32>,
 }
 
@@ -23,15 +25,15 @@ struct Face {
 }
 
 impl Faces {
-    /// Forgets all, and makes room for so many.
+    /// Removes all triangles and makes room for `count`.
     pub fn make_room(&mut self, count: usize) {
         self.list.clear();
         self.table.clear();
-        // More places than triangles: a search always ends.
+        // More places than triangles, so that every search ends.
         self.table.resize((count + 1).next_power_of_two(), 0);
     }
 
-    /// Notes one end of a triangle. Gives the node that its other end was noted with, or else the one given.
+    /// Adds one end of a triangle. Returns the node that the other end was added with; else `node`.
     #[inline]
     pub fn meet(&mut self, key: FaceKey, node: u32) -> u32 {
         let mask = self.table.len() - 1;
@@ -53,7 +55,7 @@ impl Faces {
         }
     }
 
-    /// Triangles of which one end alone was noted.
+    /// Triangles of which only one end was added.
     pub fn unmet(&self) -> impl Iterator<Item = (FaceKey, u32)> + '_ {
         self.list.iter().filter(|face| !face.is_met).map(|face| (face.key, face.node))
     }

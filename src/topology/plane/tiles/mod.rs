@@ -1,19 +1,22 @@
-//! The tree of tiles: the reduction of a cloud, kept so that a change costs what it touches.
+//! Tiles: the reduction of a cloud, stored so that a change costs what it touches.
 //!
-//! In: a [`Cloud`], its [`Delaunay`] triangulation, and what changed in both. Out: a [`Difference`] of the minimum spanning tree and of the dots.
-//! The plane is cut into tiles, a binary k-d tree over the vertices: each leaf has about as many, and holds their [`Stars`]. Each leaf and each tile of
-//! every second level is reduced, by a [`Workshop`]; it keeps what it resolved and what it leaves to the one above. A change reads the stars it has touched anew,
-//! reduces their leaves, and climbs as far as borders change.
+//! In: a [`Cloud`](crate::topology::Cloud), its triangulation, and the changes of both.
+//! Out: a [`Difference`] of the minimum spanning tree and of the dots, by slots.
+//! Invariants: the skeleton equals that of one pass over everything, bit for bit, whatever the tiles and the number of
+//! threads. The depth of the tree is at most a few times the logarithm of the number of vertices, wherever they lie.
+//! Must not know: ids, views.
+//!
+//! The plane is cut into tiles, a binary k-d tree over the vertices. A leaf has about as many vertices as any other,
+//! and stores their stars. Each leaf, and each tile of every second level, is reduced. It stores the tree edges and
+//! dots that it resolved, and its border: what it leaves to the tile above. A change reads the touched stars again,
+//! reduces their leaves, and goes up as far as borders change.
 //!
 //! ```text
-//!  change ──▶ dirty vertices ──▶ stars ──▶ leaves ──▶ tiles above, deepest first ──▶ root
-//!             (watcher)          (read)    (split, merged,    │ stops where a border
-//!                                           rebuilt)          ▼ stays as it was
-//!                                                      resolved, old and new ──▶ difference
+//!  change ──▶ touched vertices ──▶ stars ──▶ leaves ──▶ tiles above, deepest first ──▶ root
+//!             (observer)           (read)    (split,    │ stops where a border
+//!                                            merged,    ▼ does not change
+//!                                            rebuilt)  resolved, old and new ──▶ difference
 //! ```
-//!
-//! Invariants: the skeleton found is that of one pass over everything, bit for bit, whatever the tiles and whatever the number of threads;
-//! no tile is deeper than a few times the logarithm of the number of vertices, wherever they lie. Must not know: ids, views.
 
 mod border;
 mod cost_model;
@@ -31,5 +34,5 @@ mod tree_shape;
 mod worker;
 
 pub use difference::Difference;
-pub use touched::{Guide, Touched};
+pub use touched::{TouchObserver, Touched};
 pub use tree::{LEAF, Tiles};

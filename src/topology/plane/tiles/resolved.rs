@@ -1,13 +1,15 @@
-//! What a tile has found for good, and the total order in which it lists it.
+//! What a tile resolved, and the total order of its lists.
 //!
-//! In: tree edges and dots. Out: lists that can be compared in step. Must not know: how tiles are reduced.
+//! In: tree edges and dots.
+//! Out: sorted lists, which can be compared in linear time.
+//! Must not know: how tiles are reduced.
 
 use std::cmp::Ordering;
 
 use crate::topology::cloud::{Cloud, Position, Slot};
 use crate::topology::plane::elements::{TileDot, TreeEdge};
 
-/// What is known for good inside a tile, and was not inside its parts.
+/// What a tile decided for good and its parts had not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Resolved {
     /// Edges of the minimum spanning tree, in order.
@@ -17,7 +19,7 @@ pub struct Resolved {
 }
 
 impl Resolved {
-    /// Becomes a copy of another one, in its own memory.
+    /// Copies another one into this one's memory.
     pub fn copy_from(&mut self, other: &Self) {
         copy(&mut self.tree, &other.tree);
         copy(&mut self.dots, &other.dots);
@@ -32,15 +34,15 @@ pub(super) fn copy<T: Copy>(into: &mut Vec<T>, from: &[T]) {
 /// The total order of edges, largest first.
 #[derive(Clone, Copy)]
 pub struct EdgeOrder<'a> {
-    /// Knows where slots are.
+    /// Gives the positions of slots.
     pub cloud: &'a Cloud,
 }
 
 impl EdgeOrder<'_> {
-    /// Compares two edges by their scales and, if these are equal, by their ends (each the smaller position first).
+    /// Compares two edges by their scales, then by their ends (each the smaller position first).
     #[inline]
     pub fn of(self, a: f64, a_ends: [Slot; 2], b: f64, b_ends: [Slot; 2]) -> Ordering {
-        // Scales are numbers, and 0 has one sign.
+        // Scales are never NaN or -0.
         if a > b {
             Ordering::Less
         } else if a < b {

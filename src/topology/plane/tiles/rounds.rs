@@ -1,7 +1,10 @@
-//! How a change travels through the tree of tiles: stars are read, leaves and the tiles above are reduced.
+//! How a change travels through the tree of tiles: stars are read, then leaves and the tiles above them are reduced.
 //!
-//! In: a [`Cloud`], its [`Delaunay`] triangulation, and what changed in both. Out: a [`Difference`] of the minimum spanning tree and of the dots. Invariants: a tile is reduced
-//! after all below it; tiles of one level are independent, and are worked on in parallel. Must not know: ids, views.
+//! In: a [`Cloud`], its [`Delaunay`] triangulation, and the changes of both.
+//! Out: a [`Difference`] of the minimum spanning tree and of the dots.
+//! Invariants: a tile is reduced after all tiles below it. Tiles of one level are independent and are reduced in
+//! parallel.
+//! Must not know: ids, views.
 
 use super::border::Border;
 use super::difference::Difference;
@@ -9,38 +12,38 @@ use super::resolved::{EdgeOrder, Resolved};
 use super::star::Stars;
 use super::star_reader::StarReader;
 use super::touched::Touched;
-use super::tree::{Body, NONE, ROOT, STRIDE, Tile, TileId, Tiles, Whereabouts};
-use super::worker::{Fate, Worker};
+use super::tree::{Body, NONE, ROOT, STRIDE, StarPlace, Tile, TileId, Tiles};
+use super::worker::{StarUpdate, Worker};
 use crate::topology::base::with_workers;
 use crate::topology::cloud::{Cloud, CloudChange, Located, Position, Slot};
 use crate::topology::plane::delaunay::Delaunay;
 
-/// A leaf whose stars are to be read.
-struct Reading {
+/// A leaf whose stars are read.
+struct ReadJob {
     tile: TileId,
     stars: Stars,
     arrivals: Vec<Located<Slot>>,
 }
 
-/// A tile that is to be reduced.
-struct Reducing {
+/// A tile that is reduced.
+struct ReduceJob {
     tile: TileId,
     resolved: Resolved,
     border: Border,
-    /// The largest death that it resolves.
+    /// The largest death that it resolved.
     own_death: f64,
-    /// Whether its border is not what it was.
+    /// Whether its border has changed.
     is_changed: bool,
 }
 
 impl Tiles {
-    /// The tree over all vertices of a cloud; leaves of at most so many vertices.
+    /// The tree over all vertices of a cloud, with leaves of at most `capacity` vertices.
     pub fn new(cloud: &Cloud, delaunay: &Delaunay, capacity: usize) -> Self {
         let mut tiles = Self {
             capacity,
             tiles: Vec::new(),
             free: Vec::new(),
-            whereabouts: Vec::new(),
+            star_places: Vec::new(),
             round: 1,
             reduced: 0,
             retired: Vec::new(),
@@ -49,7 +52,7 @@ impl Tiles {
         tiles.make_room(cloud);
         let root = tiles.new_leaf(NONE, 0);
         let mut sites: Vec<(Position, Slot)> = cloud.vertices().map(|(slot, v)| (v.position, slot)).collect();
-        let leaves = tiles.grow(root, &mut sites);
+        let leaves = tiles.build(root, &mut sites);
         tiles.read_stars(cloud, delaunay, &leaves);
         tiles.reduce_above(cloud, &leaves);
         tiles
@@ -67,27 +70,27 @@ impl Tiles {
         self.make_room(cloud);
         let mut leaves = Vec::new();
         for &slot in &change.vanished {
-            let home = std::mem::replace(&mut self.whereabouts[slot as usize].home, NONE);
-            self.list(home, &mut leaves);
+            let leaf_id = std::mem::replace(&mut self.star_places[slot as usize].leaf_id, NONE);
+            self.list(leaf_id, &mut leaves);
         }
-        for &(slot, home) in &touched.homes {
-            self.welcome(home, cloud.position(slot), slot);
-            self.list(home, &mut leaves);
+        for &(slot, leaf_id) in &touched.leaves_of_new {
+            self.add_arrival(leaf_id, cloud.position(slot), slot);
+            self.list(leaf_id, &mut leaves);
         }
         for &slot in &change.appeared {
-            // Not all were searched for: on a line, or where others have gone.
-            if self.whereabouts[slot as usize].home == NONE {
-                let home = self.leaf_of(cloud.position(slot));
-                self.welcome(home, cloud.position(slot), slot);
-                self.list(home, &mut leaves);
+            // Some new vertices were not searched for: on a line, or at a position that was left and taken again.
+            if self.star_places[slot as usize].leaf_id == NONE {
+                let leaf_id = self.leaf_of(cloud.position(slot));
+                self.add_arrival(leaf_id, cloud.position(slot), slot);
+                self.list(leaf_id, &mut leaves);
             }
         }
-        self.list_homes(touched.slots(), &mut leaves);
-        let mut concerned = self.read_stars(cloud, delaunay, &leaves);
-        concerned.retain(|&slot| self.whereabouts[slot as usize].read_in != self.round);
+        self.list_leaves_of(touched.slots(), &mut leaves);
+        let mut circle_owners = self.read_stars(cloud, delaunay, &leaves);
+        circle_owners.retain(|&slot| self.star_places[slot as usize].read_in != self.round);
         self.begin_round();
         let mut again = Vec::new();
-        self.list_homes(concerned.into_iter(), &mut again);
+        self.list_leaves_of(circle_owners.into_iter(), &mut again);
         self.read_stars(cloud, delaunay, &again);
         leaves.extend(again);
         let rebuilt = self.reshape(&mut leaves);
@@ -102,42 +105,42 @@ impl Tiles {
         difference
     }
 
-    /// Brings the stars of some leaves up to date. Gives vertices of other leaves that this concerns.
+    /// Updates the stars of some leaves. Returns vertices of other leaves whose stars have to be read again.
     fn read_stars(&mut self, cloud: &Cloud, delaunay: &Delaunay, leaves: &[TileId]) -> Vec<Slot> {
-        let mut readings: Vec<Reading> = leaves.iter().map(|&leaf| self.begin_reading(leaf)).collect();
+        let mut jobs: Vec<ReadJob> = leaves.iter().map(|&leaf| self.begin_read(leaf)).collect();
         let mut workers = std::mem::take(&mut self.workers);
-        with_workers(&mut workers, &mut readings, |worker, reading| self.read_leaf(delaunay, reading, worker));
-        for Reading { tile, stars, arrivals } in readings {
+        with_workers(&mut workers, &mut jobs, |worker, job| self.read_leaf(delaunay, job, worker));
+        for ReadJob { tile, stars, arrivals } in jobs {
             debug_assert!(stars.vertices().all(|(position, slot)| cloud.position(slot) == position));
             let tile = &mut self.tiles[tile as usize];
             tile.count = stars.len();
             tile.is_stale = true;
             tile.body = Body::Leaf { stars, arrivals };
         }
-        let concerned = workers.iter_mut().flat_map(|worker| worker.reader.concerned.drain(..)).collect();
+        let circle_owners = workers.iter_mut().flat_map(|worker| worker.reader.circle_owners.drain(..)).collect();
         self.workers = workers;
-        concerned
+        circle_owners
     }
 
-    fn begin_reading(&mut self, leaf: TileId) -> Reading {
+    fn begin_read(&mut self, leaf: TileId) -> ReadJob {
         match std::mem::replace(&mut self.tiles[leaf as usize].body, Body::Free) {
-            Body::Leaf { stars, arrivals } => Reading { tile: leaf, stars, arrivals },
+            Body::Leaf { stars, arrivals } => ReadJob { tile: leaf, stars, arrivals },
             Body::Halves { .. } | Body::Free => unreachable!("only leaves have stars"),
         }
     }
 
-    fn read_leaf(&self, delaunay: &Delaunay, reading: &mut Reading, worker: &mut Worker) {
-        let Reading { tile, stars: old, arrivals } = reading;
-        let Worker { reader, to_read, fates, stars, .. } = worker;
+    fn read_leaf(&self, delaunay: &Delaunay, job: &mut ReadJob, worker: &mut Worker) {
+        let ReadJob { tile, stars: old, arrivals } = job;
+        let Worker { reader, to_read, updates, stars, .. } = worker;
         arrivals.sort_unstable();
         let mut coming = arrivals.drain(..).peekable();
         to_read.clear();
-        fates.clear();
+        updates.clear();
         for vertex in old.vertices() {
             to_read.extend(std::iter::from_fn(|| coming.next_if(|arrival| arrival < &vertex)));
-            let fate = self.fate(vertex.1, *tile);
-            fates.push(fate);
-            if fate == Fate::IsRead {
+            let update = self.update(vertex.1, *tile);
+            updates.push(update);
+            if update == StarUpdate::Read {
                 to_read.push(vertex);
             }
         }
@@ -145,8 +148,8 @@ impl Tiles {
         reader.look_around(delaunay, to_read);
         let mut reads = to_read.iter().copied().enumerate().peekable();
         stars.clear();
-        for (star, &fate) in old.iter().zip(&*fates) {
-            if fate == Fate::Stays {
+        for (star, &update) in old.iter().zip(&*updates) {
+            if update == StarUpdate::Keep {
                 while let Some((place, vertex)) = reads.next_if(|read| read.1.0 < star.center.position) {
                     reader.read(delaunay, place, vertex, stars);
                 }
@@ -157,25 +160,25 @@ impl Tiles {
         old.copy_from(stars);
     }
 
-    /// What becomes of the star of a vertex in a leaf.
-    fn fate(&self, slot: Slot, leaf: TileId) -> Fate {
-        let Whereabouts { home, read_in } = self.whereabouts[slot as usize];
-        if home != leaf {
-            Fate::Goes
+    /// What to do with the star of a vertex in a leaf.
+    fn update(&self, slot: Slot, leaf: TileId) -> StarUpdate {
+        let StarPlace { leaf_id, read_in } = self.star_places[slot as usize];
+        if leaf_id != leaf {
+            StarUpdate::Drop
         } else if read_in == self.round {
-            Fate::IsRead
+            StarUpdate::Read
         } else {
-            Fate::Stays
+            StarUpdate::Keep
         }
     }
 
-    /// Reduces leaves and what is above them, deepest first.
+    /// Reduces some leaves and the tiles above them, deepest first.
     fn reduce_above(&mut self, cloud: &Cloud, leaves: &[TileId]) -> Difference {
         let mut reduced = 0;
         let mut levels = self.levels_above(leaves);
         let mut workers = std::mem::take(&mut self.workers);
         while let Some(level) = levels.pop() {
-            let mut jobs: Vec<Reducing> = level.iter().filter_map(|&tile| self.begin_reducing(tile)).collect();
+            let mut jobs: Vec<ReduceJob> = level.iter().filter_map(|&tile| self.begin_reduce(tile)).collect();
             reduced += jobs.len();
             with_workers(&mut workers, &mut jobs, |worker, job| self.reduce(cloud, job, worker));
             jobs.into_iter().for_each(|job| self.install(job));
@@ -188,15 +191,15 @@ impl Tiles {
         total
     }
 
-    fn begin_reducing(&mut self, tile: TileId) -> Option<Reducing> {
+    fn begin_reduce(&mut self, tile: TileId) -> Option<ReduceJob> {
         let Tile { resolved, border, is_stale, .. } = &mut self.tiles[tile as usize];
         std::mem::take(is_stale).then(|| {
             let (resolved, border) = (std::mem::take(resolved), std::mem::take(border));
-            Reducing { tile, resolved, border, own_death: 0.0, is_changed: false }
+            ReduceJob { tile, resolved, border, own_death: 0.0, is_changed: false }
         })
     }
 
-    fn reduce(&self, cloud: &Cloud, job: &mut Reducing, worker: &mut Worker) {
+    fn reduce(&self, cloud: &Cloud, job: &mut ReduceJob, worker: &mut Worker) {
         let Worker { reduction, difference, .. } = worker;
         let tile = &self.tiles[job.tile as usize];
         match &tile.body {
@@ -215,18 +218,18 @@ impl Tiles {
         job.border.copy_from(&reduction.border);
     }
 
-    /// The borders of the nearest tiles, at or below this one, that are reduced.
+    /// The borders of the nearest reduced tiles at or below this one.
     fn gather_parts<'a>(&'a self, id: TileId, parts: &mut Vec<&'a Border>) {
         let tile = &self.tiles[id as usize];
         match &tile.body {
-            Body::Halves { halves, .. } if tile.hands_on() => {
+            Body::Halves { halves, .. } if tile.is_pass_through() => {
                 halves.iter().for_each(|&half| self.gather_parts(half, parts));
             }
             _ => parts.push(&tile.border),
         }
     }
 
-    fn install(&mut self, job: Reducing) {
+    fn install(&mut self, job: ReduceJob) {
         let tile = &mut self.tiles[job.tile as usize];
         tile.own_death = job.own_death;
         tile.resolved = job.resolved;
@@ -236,7 +239,7 @@ impl Tiles {
         }
     }
 
-    /// Brings up to date what is known of a tile and all below it, whose halves are.
+    /// Updates the extremes of a tile from its own and its halves'.
     fn note_extremes(&mut self, id: TileId) {
         let tile = &self.tiles[id as usize];
         let mut last_death = tile.own_death;
@@ -251,7 +254,7 @@ impl Tiles {
         (tile.last_death, tile.longest) = (last_death, longest);
     }
 
-    /// Panics when a star is not what the triangulation shows. For tests.
+    /// Panics when a star differs from the triangulation. For tests.
     pub fn check_stars(&self, delaunay: &Delaunay) {
         let mut reader = StarReader::default();
         for tile in &self.tiles {

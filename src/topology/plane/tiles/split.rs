@@ -1,29 +1,32 @@
-//! Where a tile is halved: at a position in a total order along one axis.
+//! The split of a tile: a position in a total order along one axis.
 //!
-//! In: positions. Out: the axis to halve them along, and the half that each is in. Invariant: any cloud of different positions can be halved. Must not know: the tree.
+//! In: positions.
+//! Out: the axis along which they are halved, and the half that a position is in.
+//! Invariant: any set of different positions can be halved.
+//! Must not know: the tree.
 
 use crate::topology::cloud::Position;
 
 /// Where a tile is halved.
 #[derive(Clone, Copy, Debug)]
 pub struct Split {
-    /// Which coordinate decides first.
+    /// The coordinate that is compared first.
     pub axis: Axis,
     /// The first position of the second half.
     pub at: [f64; 2],
 }
 
-/// Along which coordinate a tile is halved.
+/// The axis along which a tile is halved.
 #[derive(Clone, Copy, Debug)]
 pub enum Axis {
-    /// The first.
+    /// The first coordinate.
     X,
-    /// The second.
+    /// The second coordinate.
     Y,
 }
 
 impl Split {
-    /// Which half a position is in.
+    /// The half that a position is in.
     #[inline]
     pub fn half(self, position: Position) -> usize {
         usize::from(self.axis.key(position) >= self.at)
@@ -31,7 +34,7 @@ impl Split {
 }
 
 impl Axis {
-    /// What positions are compared by: this coordinate, then the other one.
+    /// The key of a position: this coordinate, then the other one.
     #[inline]
     pub fn key(self, position: Position) -> [f64; 2] {
         let [x, y] = position.xy();
@@ -41,7 +44,7 @@ impl Axis {
         }
     }
 
-    /// The longer side of the box around some positions.
+    /// The longer side of the bounding box of some positions.
     pub fn longest(positions: impl Iterator<Item = Position>) -> Self {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for position in positions {

@@ -1,16 +1,20 @@
-//! What the filtration knows around one vertex, kept flat: the stars of a tile's vertices, one after the other.
+//! Stars: the filtration around single vertices, in flat memory.
 //!
-//! In: the surroundings of a vertex in the triangulation. Out: [`Stars`]. An edge is its smaller end's own, a triangle its smallest corner's. Seen
-//! from a vertex, its own edges lie in one half of the plane, so they are neighbours around it, and between any two of them that follow each
-//! other lies an own triangle: a [`Star`] is a fan. It says which edges are Gabriel and at what scale they enter, or to which side they are attached;
-//! which triangles are local maxima, with their circumradius and name; and what lies beyond the first and the last edge. Invariants: every
-//! edge and every triangle is told of exactly once; what a star says depends on positions and the triangles around its vertex
-//! alone, so it stays right until one of those changes, or, for a maximum with more sites on its circle, one on that circle. Must
-//! not know: tiles, reductions.
+//! In: what a [`StarReader`](super::star_reader::StarReader) reads.
+//! Out: [`Stars`], in order of position.
+//! Invariants: every edge belongs to its smaller end, every triangle to its smallest corner, so each is stored exactly
+//! once. A star depends on positions and on the triangles around its vertex alone. It is valid until one of these
+//! changes; for a maximum with more sites on its circle, until one of these sites changes.
+//! Must not know: tiles, reductions.
+//!
+//! The own edges of a vertex lie in one half of the plane, so they are consecutive around it, and between consecutive
+//! ones lies an own triangle: a [`Star`] is a fan. It stores which edges are Gabriel, with their scales, and to which
+//! side the others are attached; which triangles are local maxima, with circumradius and name; and what lies beyond the
+//! first and the last edge.
 
 use crate::topology::cloud::{Located, Position, Slot, half_length_squared};
 
-/// What is known of an edge, and of the triangle that follows it counter-clockwise.
+/// Properties of an edge, and of the triangle that follows it counter-clockwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Marks(u8);
 
@@ -21,7 +25,7 @@ impl Marks {
     pub const FROM_RIGHT: Self = Self(2);
     /// The triangle that follows is a local maximum.
     pub const MAXIMUM: Self = Self(4);
-    /// That maximum has more sites on its circle, and a name of its own.
+    /// That maximum has more sites on its circle, so its name is stored.
     pub const CIRCLE: Self = Self(8);
     /// The next edge leads to a smaller position than this one.
     pub const NEXT_IS_SMALLER: Self = Self(16);
@@ -32,7 +36,7 @@ impl Marks {
         self.0 & marks.0 == marks.0
     }
 
-    /// Sets `marks` if something holds.
+    /// Sets `marks` if `when` is true.
     #[inline]
     pub fn set(&mut self, marks: Self, when: bool) {
         self.0 |= if when { marks.0 } else { 0 };
@@ -44,39 +48,39 @@ impl Marks {
 pub struct Spoke {
     /// Half its length, squared.
     pub scale: f64,
-    /// Circumradius of the triangle that follows, squared, if that is a local maximum.
+    /// The squared circumradius of the triangle that follows, if that is a local maximum.
     pub weight: f64,
-    /// Where it leads.
+    /// The end that is not the star's vertex.
     pub to: Slot,
-    /// What else is known.
+    /// The other properties.
     pub marks: Marks,
 }
 
 /// A local maximum of the filtration.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Summit {
-    /// Its circumradius, squared; -infinity where none is known.
+pub struct LocalMaximum {
+    /// The squared circumradius; -infinity if no maximum is known.
     pub weight: f64,
-    /// The triangle that names it, in order.
+    /// The triangle that names it, its corners in order of position.
     pub triangle: [Slot; 3],
 }
 
-impl Summit {
-    /// No maximum is known.
+impl LocalMaximum {
+    /// The maximum is not known.
     pub const UNKNOWN: Self = Self { weight: f64::NEG_INFINITY, triangle: [0; 3] };
     /// The outer face.
     pub const OUTER: Self = Self { weight: f64::INFINITY, triangle: [0; 3] };
 }
 
-/// In place of a third corner: the outer face.
+/// Stands for the third corner if the outer face is there.
 pub const OUTSIDE: Slot = Slot::MAX;
 
-/// A vertex and what is beyond its own edges.
+/// A vertex, and what lies beyond its own edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Center {
-    /// Where it is.
+    /// Its position.
     pub position: Position,
-    /// Where the cloud keeps it.
+    /// Its slot.
     pub slot: Slot,
     /// The third corner of the triangle on the right of the first edge, or [`OUTSIDE`].
     pub before: Slot,
@@ -86,14 +90,14 @@ pub struct Center {
     pub spokes: u32,
 }
 
-/// A star, in the memory of a [`Stars`].
+/// A star, stored in a [`Stars`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Star<'a> {
     /// Its vertex.
     pub center: &'a Center,
     /// Its own edges, counter-clockwise.
     pub spokes: &'a [Spoke],
-    /// Names of its own maxima that have one of their own, in order.
+    /// The stored names of its own maxima, in order.
     pub names: &'a [[Slot; 3]],
 }
 
@@ -106,17 +110,17 @@ pub struct Stars {
 }
 
 impl Stars {
-    /// How many there are.
+    /// The number of stars.
     pub fn len(&self) -> usize {
         self.centers.len()
     }
 
-    /// How many own edges they have in all.
+    /// The number of own edges in all stars.
     pub fn spoke_count(&self) -> usize {
         self.spokes.len()
     }
 
-    /// Adds a copy of a star. It has to be the largest one by position.
+    /// Adds a copy of a star. Its position must be the largest so far.
     #[inline]
     pub fn push(&mut self, star: Star<'_>) {
         debug_assert!(self.centers.last().is_none_or(|last| last.position < star.center.position));
@@ -125,7 +129,7 @@ impl Stars {
         self.centers.push(*star.center);
     }
 
-    /// All of them, in order.
+    /// All stars, in order.
     #[inline]
     pub fn iter(&self) -> impl Iterator<Item = Star<'_>> {
         let (mut spokes, mut names) = (&self.spokes[..], &self.names[..]);
@@ -136,12 +140,12 @@ impl Stars {
         })
     }
 
-    /// Vertices and where they are, in order.
+    /// The vertices, in order.
     pub fn vertices(&self) -> impl Iterator<Item = Located<Slot>> + '_ {
         self.centers.iter().map(|center| (center.position, center.slot))
     }
 
-    /// A vertex near a position: the nearest of some that are before and after it in the order.
+    /// A vertex near a position: the nearest of some vertices before and after it in the order.
     pub fn near(&self, position: Position) -> Option<Slot> {
         const AROUND: usize = 6;
         let place = self.centers.partition_point(|center| center.position < position);
@@ -151,7 +155,7 @@ impl Stars {
         some.iter().map(|center| (distance(center), center.slot)).reduce(nearer).map(|(_, slot)| slot)
     }
 
-    /// Becomes a copy of others, in its own memory.
+    /// Copies other stars into this memory.
     pub fn copy_from(&mut self, other: &Self) {
         self.clear();
         self.centers.extend_from_slice(&other.centers);
@@ -159,7 +163,7 @@ impl Stars {
         self.names.extend_from_slice(&other.names);
     }
 
-    /// Forgets all.
+    /// Removes all stars.
     pub fn clear(&mut self) {
         self.centers.clear();
         self.spokes.clear();

@@ -1,7 +1,9 @@
-//! Reads stars out of the triangulation.
+//! Reads stars from the triangulation.
 //!
-//! In: vertices, and the triangulation to look around in. Out: their [`Stars`], and the owners of maxima whose circles they touch. Invariant: what is read depends on the
-//! triangulation alone. Must not know: tiles, reductions.
+//! In: vertices and the triangulation.
+//! Out: their [`Stars`], and the owners of maxima on whose circles their triangles lie.
+//! Invariant: the result depends on the triangulation alone.
+//! Must not know: tiles, reductions.
 
 use std::cmp::Ordering;
 
@@ -11,30 +13,31 @@ use crate::topology::plane::cocircular::{by_position, on_one_circle};
 use crate::topology::plane::delaunay::{Delaunay, HalfEdge, HalfEdges};
 use crate::topology::plane::geometry::{acuteness, circumradius_squared};
 
-/// A neighbour, as it is seen from a vertex.
+/// A neighbour of a vertex.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     position: Position,
     slot: Slot,
-    /// The edge to it.
+    /// The half-edge to it.
     edge: HalfEdge,
-    /// Whether the face left of that edge is the outer one.
+    /// Whether the face on the left of that half-edge is the outer one.
     is_outer: bool,
 }
 
-/// Reads stars, in memory of its own.
+/// Reads stars; its memory is reused.
 #[derive(Clone, Debug, Default)]
 pub struct StarReader {
-    /// Of each vertex looked around from: all its neighbours, counter-clockwise.
+    /// All neighbours of each vertex, counter-clockwise.
     rings: Vec<Vec<Seen>>,
-    /// Of each of them that is not done: its ring, the edge that it began with, and the one it is at.
+    /// Vertices whose neighbours are not complete: the ring, its first half-edge and the current one.
     turning: Vec<(u32, HalfEdge, HalfEdge)>,
-    /// Smallest corners of maxima on whose circles triangles of the stars read so far lie.
-    pub concerned: Vec<Slot>,
+    /// The owners (smallest corners) of maxima on whose circles triangles of the stars read so far lie.
+    pub circle_owners: Vec<Slot>,
 }
 
 impl StarReader {
-    /// Looks around from some vertices. What is next to each is all over the memory; it is waited for once for all of them, step by step.
+    /// Collects the neighbours of some vertices. These are scattered over the memory; taking one step for all vertices
+    /// at a time lets the cache misses overlap.
     pub fn look_around(&mut self, delaunay: &Delaunay, vertices: &[Located<Slot>]) {
         let Self { rings, turning, .. } = self;
         turning.clear();
@@ -54,7 +57,8 @@ impl StarReader {
         }
     }
 
-    /// Reads the star of the vertex that stood at a place in the list looked around from, to the end of `stars`.
+    /// Reads the star of the vertex at `place` in the list given to [`look_around`](Self::look_around), and adds it to
+    /// `stars`.
     pub fn read(&mut self, delaunay: &Delaunay, place: usize, (position, slot): Located<Slot>, stars: &mut Stars) {
         let first = stars.spokes.len();
         let [before, after] = if let Some(plane) = delaunay.half_edges() {
@@ -72,7 +76,7 @@ impl StarReader {
         stars.centers.push(Center { position, slot, before, after, spokes });
     }
 
-    /// Adds the own edges of a vertex. Gives what is before the first and after the last one.
+    /// Adds the own edges of a vertex. Returns the corners before the first and after the last edge.
     fn read_fan(&mut self, plane: HalfEdges<'_>, ring: &[Seen], center: Located<Slot>, stars: &mut Stars) -> [Slot; 2] {
         let step = |place: usize| if place + 1 == ring.len() { 0 } else { place + 1 };
         let back = |place: usize| if place == 0 { ring.len() - 1 } else { place - 1 };
@@ -100,7 +104,8 @@ impl StarReader {
         }
     }
 
-    /// Reads the triangle between two own edges, the second and the third of four that follow each other; marks of the third are at hand.
+    /// Reads the triangle between two own edges, the second and the third of four consecutive ones. `next` are the
+    /// marks of the third.
     fn read_triangle(
         &mut self,
         plane: HalfEdges<'_>,
@@ -111,7 +116,7 @@ impl StarReader {
         stars: &mut Stars,
     ) {
         spoke.marks.set(Marks::NEXT_IS_SMALLER, after.position < at.position);
-        // Whether what lies across one of the three edges is on the triangle's circle.
+        // Whether the site across one of the three edges lies on the triangle's circle.
         let across_first = || !before.is_outer && on_one_circle(center.0, at.position, after.position, before.position);
         let across_second = || !after.is_outer && on_one_circle(center.0, after.position, at.position, beyond.position);
         let opposite = plane.next(at.edge);
@@ -128,7 +133,7 @@ impl StarReader {
             (is_wide && plane.flows(opposite)).then(|| (opposite, across_third()))
         };
         match exit {
-            Some((edge, true)) => self.concern(plane, plane.twin(edge), center.1),
+            Some((edge, true)) => self.note_circle_owner(plane, plane.twin(edge), center.1),
             Some((_, false)) => {}
             None => {
                 spoke.marks.set(Marks::MAXIMUM, true);
@@ -147,24 +152,25 @@ impl StarReader {
         }
     }
 
-    /// Notes whose maximum shares the circle of the triangle left of an edge, if it is not that of `reader`.
-    pub fn concern(&mut self, plane: HalfEdges<'_>, edge: HalfEdge, reader: Slot) {
-        let Some(summit) = plane.summit_of_circle(edge) else { return };
-        let corners = plane.corners(summit);
+    /// Notes the owner of the maximum on the circle of the triangle on the left of `edge`, unless the owner is
+    /// `reader`.
+    pub fn note_circle_owner(&mut self, plane: HalfEdges<'_>, edge: HalfEdge, reader: Slot) {
+        let Some(maximum) = plane.maximum_on_circle(edge) else { return };
+        let corners = plane.corners(maximum);
         let (_, owner) = corners.into_iter().min_by_key(|corner| corner.0).expect("there are three");
         if owner != reader {
-            self.concerned.push(owner);
+            self.circle_owners.push(owner);
         }
     }
 }
 
-/// Reads an own edge, the second of three that follow each other.
+/// Reads an own edge, the second of three consecutive ones.
 #[inline]
 fn read_edge(center: Position, [before, at, after]: [Seen; 3]) -> Spoke {
     let is_wide = |apex: Position| acuteness(center, apex, at.position) != Ordering::Greater;
     let left = !at.is_outer && is_wide(after.position);
     let right = !before.is_outer && is_wide(before.position);
-    // With two right angles, the one with the larger apex flows.
+    // With two right angles, the triangle with the larger apex flows.
     let from_left = left && (!right || after.position > before.position);
     let mut spoke = spoke(half_length_squared(center, at.position), at.slot);
     spoke.marks.set(Marks::FROM_LEFT, from_left);

@@ -1,35 +1,40 @@
-//! The reduction of one tile: of a leaf from its stars, of any other tile from what its parts have left.
+//! The reduction of one tile: of a leaf from its stars, of any other tile from the borders of its parts.
 //!
-//! In: [`Stars`], or [`Border`]s. Out: what is resolved inside the tile for good, and its own [`Border`]. The links of the dual graph are cut
-//! into parts: an edge belongs to the leaf of its smaller end. A triangle's three edges then lie in the leaves of its smallest and of its
-//! middle corner; where these differ, both leaves have it as an open node, under one [`FaceKey`], and it closes where the two meet. The outer
-//! face is open everywhere but at the root. A triangle that flows is one node with the triangle it flows to; where it flows out of sight, it stays a
-//! node whose maximum is not known. Invariants: what is resolved in all depends on the stars alone, not on how
-//! tiles are cut; what a tile gives depends on nothing that was done before; edges and dots are in the total order, largest scale first. Must not know: the tree of tiles.
+//! In: [`Stars`] or [`Border`]s.
+//! Out: what the tile resolves for good, and its own [`Border`].
+//! Invariants: what all tiles resolve together depends on the stars alone, not on how tiles are cut. A result does not
+//! depend on what was reduced before. Edges and dots are in the total order, largest scale first.
+//! Must not know: the tree of tiles.
+//!
+//! The links of the dual graph are distributed: an edge belongs to the leaf of its smaller end. The three edges of a
+//! triangle are then in the leaves of its smallest and of its middle corner. If these differ, both leaves have the
+//! triangle as an open node, under one [`FaceKey`]; it is closed in the tile where both meet. The outer face is open
+//! everywhere but at the root. A triangle that flows is one node with the triangle it flows to. If that is in another
+//! leaf, the node's maximum is unknown.
 
 use std::cmp::Ordering;
 
 use super::border::{Border, TileLink};
 use super::faces::{FaceKey, Faces, face_key};
 use super::resolved::{EdgeOrder, Resolved};
-use super::star::{Marks, OUTSIDE, Spoke, Star, Stars, Summit};
+use super::star::{LocalMaximum, Marks, OUTSIDE, Spoke, Star, Stars};
 use crate::topology::cloud::{Cloud, Slot};
 use crate::topology::plane::elements::{TileDot, TreeEdge};
 use crate::topology::plane::reduction::{Elders, Forest, Join, Link};
 
-/// Where tiles are reduced, in memory that is used again.
+/// Reduces tiles; its memory is reused.
 #[derive(Clone, Debug, Default)]
 pub struct TileReduction {
-    /// What the last tile has resolved.
+    /// What the last tile resolved.
     pub resolved: Resolved,
-    /// What the last tile leaves.
+    /// The border of the last tile.
     pub border: Border,
-    nodes: Vec<Summit>,
+    nodes: Vec<LocalMaximum>,
     forest: Forest,
     outer: Option<u32>,
     open: Vec<(FaceKey, u32)>,
     links: Vec<TileLink>,
-    /// The links' order.
+    /// The order of the links.
     ranks: Vec<u64>,
     faces: Faces,
     kept: Vec<u32>,
@@ -42,7 +47,7 @@ impl TileReduction {
     /// Reduces a leaf.
     pub fn reduce_leaf(&mut self, cloud: &Cloud, stars: &Stars, is_root: bool) {
         self.clear();
-        // Each star has as many own triangles as edges, at most, and two beyond.
+        // A star has at most as many own triangles as edges, and two beyond.
         self.faces.make_room(stars.spoke_count() + 2 * stars.len());
         stars.iter().for_each(|star| self.take_star(star));
         self.open.extend(self.faces.unmet());
@@ -50,7 +55,7 @@ impl TileReduction {
         self.finish(EdgeOrder { cloud }, is_root);
     }
 
-    /// Reduces a tile from what its parts leave.
+    /// Reduces a tile from the borders of its parts.
     pub fn reduce_parts<'a>(&mut self, cloud: &Cloud, parts: impl Iterator<Item = &'a Border> + Clone, is_root: bool) {
         self.clear();
         self.faces.make_room(parts.clone().map(|part| part.open.len()).sum());
@@ -86,20 +91,21 @@ impl TileReduction {
         self.links.clear();
     }
 
-    fn add_node(&mut self, summit: Summit) -> u32 {
-        self.nodes.push(summit);
+    fn add_node(&mut self, maximum: LocalMaximum) -> u32 {
+        self.nodes.push(maximum);
         self.forest.add()
     }
 
     fn outer_node(&mut self) -> u32 {
         self.outer.unwrap_or_else(|| {
-            let node = self.add_node(Summit::OUTER);
+            let node = self.add_node(LocalMaximum::OUTER);
             self.outer = Some(node);
             node
         })
     }
 
-    /// Makes nodes of a star's own triangles and links of its own Gabriel edges, and lets triangles flow across the others.
+    /// Adds the own triangles of a star as nodes and its own Gabriel edges as links. Triangles flow across the other
+    /// edges.
     fn take_star(&mut self, star: Star<'_>) {
         let center = star.center;
         let mut names = star.names.iter();
@@ -122,7 +128,7 @@ impl TileReduction {
         }
     }
 
-    /// The node of the own triangle between a spoke and the next one.
+    /// The node of the own triangle between an edge and the next one.
     #[inline]
     fn own_face<'a>(
         &mut self,
@@ -134,33 +140,34 @@ impl TileReduction {
         let swapped = at.marks.has(Marks::NEXT_IS_SMALLER);
         let (smaller, larger) = if swapped { (next, at.to) } else { (at.to, next) };
         let name = if at.marks.has(Marks::CIRCLE) { names.next() } else { None };
-        // Without a maximum, the weight says that none is known.
+        // Without a maximum, the weight is -infinity and the triangle is not used.
         let triangle = name.copied().unwrap_or([center, smaller, larger]);
-        let node = self.add_node(Summit { weight: at.weight, triangle });
+        let node = self.add_node(LocalMaximum { weight: at.weight, triangle });
         let key = if swapped { face_key(next, center) } else { face_key(center, at.to) };
         self.faces.meet(key, node)
     }
 
-    /// The node of a triangle of which the star's vertex is the middle corner, or of the outer face.
+    /// The node of a triangle whose middle corner is the star's vertex, or of the outer face.
     #[inline]
     fn face_beyond(&mut self, apex: Slot, key: FaceKey) -> u32 {
         if apex == OUTSIDE {
             return self.outer_node();
         }
-        // The apex is the smallest corner: if it is of this leaf, its star came before.
+        // The apex is the smallest corner. If it is in this leaf, its star came before.
         let new = self.nodes.len() as u32;
         let node = self.faces.meet(key, new);
         if node == new {
-            self.add_node(Summit::UNKNOWN);
+            self.add_node(LocalMaximum::UNKNOWN);
         }
         node
     }
 
-    /// Puts links in order.
+    /// Sorts the links.
     fn sort_links(&mut self, order: EdgeOrder<'_>) {
         let Self { links, ranks, sorted, .. } = self;
         ranks.clear();
-        // Rounded to single precision scales are still in order, but for ties; positive ones have their bits in that order.
+        // Scales rounded to single precision are in the same order, except for ties. The bits of positive numbers are
+        // in the order of the numbers.
         let rough = |link: &TileLink| !(link.scale as f32).to_bits();
         ranks.extend(links.iter().zip(0..).map(|(link, place)| u64::from(rough(link)) << 32 | place));
         ranks.sort_unstable();
@@ -176,7 +183,7 @@ impl TileReduction {
         std::mem::swap(links, sorted);
     }
 
-    /// Two nodes are one. At most one of them knows its maximum.
+    /// Merges two nodes. The maximum of at most one of them is known.
     fn unite(&mut self, a: u32, b: u32) {
         let [a, b] = [a, b].map(|node| self.forest.root(node));
         if a != b {
@@ -186,7 +193,7 @@ impl TileReduction {
         }
     }
 
-    /// Reduces what has been put together.
+    /// Reduces what was added.
     fn finish(&mut self, order: EdgeOrder<'_>, is_root: bool) {
         debug_assert!(!is_root || self.open.is_empty(), "every triangle has both its ends in the whole");
         for (_, node) in &mut self.open {
@@ -213,8 +220,8 @@ impl TileReduction {
             match forest.join(&elders, link.ends, 0) {
                 Join::Loop => resolved.tree.push(TreeEdge { scale: link.scale, ends: link.edge }),
                 Join::Ended(node) => {
-                    let summit = nodes[node as usize];
-                    resolved.dots.extend(TileDot::new(link.scale, summit.weight, link.edge, summit.triangle));
+                    let maximum = nodes[node as usize];
+                    resolved.dots.extend(TileDot::new(link.scale, maximum.weight, link.edge, maximum.triangle));
                 }
                 Join::Left(ends) => border.links.push(Link { ends: ends.map(&mut keep), ..*link }),
             }
@@ -225,7 +232,7 @@ impl TileReduction {
 /// The elder rule's order of a tile's nodes.
 struct NodeOrder<'a> {
     order: EdgeOrder<'a>,
-    nodes: &'a [Summit],
+    nodes: &'a [LocalMaximum],
 }
 
 impl Elders for NodeOrder<'_> {
@@ -236,7 +243,7 @@ impl Elders for NodeOrder<'_> {
     fn break_node_tie(&self, a: u32, b: u32) -> Ordering {
         let [of_a, of_b] = [a, b].map(|node| self.nodes[node as usize]);
         if of_a.weight == f64::NEG_INFINITY {
-            // Both are open, and will be told apart where their maxima are known.
+            // Both are open. The tile in which their maxima are known decides.
             return a.cmp(&b);
         }
         self.order.positions(of_a.triangle).cmp(&self.order.positions(of_b.triangle))

@@ -1,7 +1,9 @@
-//! The tree of tiles: what each tile holds, and what is asked of all of them.
+//! The tree of tiles: what each tile stores, and queries over all tiles.
 //!
-//! In: a cloud's slots. Out: tree edges and dots of the whole, and lists of tiles to work on. Invariants: a tile lists what it resolved in the total order; each extreme of a tile is that of all below it. Must not know:
-//! how tiles are reduced, how leaves split.
+//! In: slots of a cloud.
+//! Out: tree edges and dots of the whole cloud, and lists of tiles to work on.
+//! Invariants: each tile lists what it resolved in the total order. The extremes of a tile cover all tiles below it.
+//! Must not know: how tiles are reduced, how leaves split.
 
 use super::border::Border;
 use super::resolved::Resolved;
@@ -11,8 +13,8 @@ use super::worker::Worker;
 use crate::topology::cloud::{Cloud, Located, Slot};
 use crate::topology::plane::elements::{TileDot, TreeEdge};
 
-/// How many vertices a leaf has at most when it is made. Measured: from 60 to 200 make little difference; with fewer there is more to do above, with more
-/// each change reduces more.
+/// The largest number of vertices in a new leaf. Measured: from 60 to 200 there is little difference. Smaller leaves
+/// mean more tiles above, larger ones more work in each change.
 pub const LEAF: usize = 100;
 
 pub(super) type TileId = u32;
@@ -20,7 +22,7 @@ pub(super) type TileId = u32;
 pub(super) const NONE: u32 = u32::MAX;
 pub(super) const ROOT: TileId = 0;
 
-/// Only every so many levels are reduced: a tile between them hands on what its halves leave.
+/// Only every second level is reduced. A tile between two such levels passes on what its halves leave.
 pub(super) const STRIDE: u32 = 2;
 
 /// The tree of tiles over a cloud.
@@ -29,21 +31,21 @@ pub struct Tiles {
     pub(super) capacity: usize,
     pub(super) tiles: Vec<Tile>,
     pub(super) free: Vec<TileId>,
-    /// Of each slot: where its star is.
-    pub(super) whereabouts: Vec<Whereabouts>,
+    /// The place of each slot's star.
+    pub(super) star_places: Vec<StarPlace>,
     pub(super) round: u32,
     pub(super) reduced: usize,
-    /// What tiles that are no more had resolved.
+    /// What removed tiles had resolved.
     pub(super) retired: Vec<Resolved>,
-    /// Tools, one set for each piece of work that is done at once.
+    /// One for each piece of work that runs in parallel.
     pub(super) workers: Vec<Worker>,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Whereabouts {
-    /// The leaf.
-    pub(super) home: TileId,
-    /// The round in which it was last read anew.
+pub(super) struct StarPlace {
+    /// Its leaf.
+    pub(super) leaf_id: TileId,
+    /// The round in which it was last read.
     pub(super) read_in: u32,
 }
 
@@ -51,18 +53,18 @@ pub(super) struct Whereabouts {
 pub(super) struct Tile {
     pub(super) parent: TileId,
     pub(super) depth: u32,
-    /// Number of vertices.
+    /// The number of vertices.
     pub(super) count: usize,
     pub(super) body: Body,
     pub(super) resolved: Resolved,
     pub(super) border: Border,
-    /// The largest death that it has resolved itself.
+    /// The largest death that it resolved itself.
     pub(super) own_death: f64,
     /// The largest death in it and below.
     pub(super) last_death: f64,
     /// Half the length of the longest tree edge in it and below, squared.
     pub(super) longest: f64,
-    /// The round in which it was last put on the list of tiles to be looked at.
+    /// The round in which it was last put on a list of tiles.
     pub(super) listed_in: u32,
     /// Whether it has to be reduced.
     pub(super) is_stale: bool,
@@ -72,7 +74,7 @@ pub(super) struct Tile {
 pub(super) enum Body {
     Leaf {
         stars: Stars,
-        /// Vertices that have come and have no star yet.
+        /// New vertices without stars.
         arrivals: Vec<Located<Slot>>,
     },
     Halves {
@@ -83,14 +85,14 @@ pub(super) enum Body {
 }
 
 impl Tile {
-    /// Whether it is not reduced itself, but hands on what its halves leave.
-    pub(super) fn hands_on(&self) -> bool {
+    /// Whether it is not reduced itself, but passes on what its halves leave.
+    pub(super) fn is_pass_through(&self) -> bool {
         !self.depth.is_multiple_of(STRIDE) && matches!(self.body, Body::Halves { .. })
     }
 }
 
 impl Tiles {
-    /// The largest death of all dots; 0 without dots.
+    /// The largest death; 0 without dots.
     pub fn largest_death(&self) -> f64 {
         self.tiles[ROOT as usize].last_death
     }
@@ -105,7 +107,8 @@ impl Tiles {
         self.tiles.iter().flat_map(|tile| &tile.resolved.dots)
     }
 
-    /// Edges of the tree that are longer than one scale and not longer than another, in no order; `is_up_to_*` tells by the squared scale.
+    /// The tree edges longer than one scale and not longer than another, in no order. `is_up_to_low` and
+    /// `is_up_to_high` compare a squared scale with them.
     pub fn tree_between(
         &self,
         is_up_to_low: impl Fn(f64) -> bool,
@@ -129,19 +132,19 @@ impl Tiles {
         between
     }
 
-    /// How many tiles were reduced last.
+    /// The number of tiles reduced in the last change.
     pub fn reduced(&self) -> usize {
         self.reduced
     }
 
     pub(super) fn make_room(&mut self, cloud: &Cloud) {
-        self.whereabouts.resize(cloud.slot_count(), Whereabouts { home: NONE, read_in: 0 });
+        self.star_places.resize(cloud.slot_count(), StarPlace { leaf_id: NONE, read_in: 0 });
     }
 
     pub(super) fn begin_round(&mut self) {
         self.round = self.round.checked_add(1).unwrap_or_else(|| {
-            // Once in 2^32 rounds all marks are wiped.
-            self.whereabouts.iter_mut().for_each(|star| star.read_in = 0);
+            // Every 2^32 rounds all marks are reset.
+            self.star_places.iter_mut().for_each(|star| star.read_in = 0);
             self.tiles.iter_mut().for_each(|tile| tile.listed_in = 0);
             1
         });
@@ -156,14 +159,14 @@ impl Tiles {
         }
     }
 
-    /// Lists the leaves of some vertices whose stars have to be read again.
-    pub(super) fn list_homes(&mut self, slots: impl Iterator<Item = Slot>, list: &mut Vec<TileId>) {
+    /// Lists the leaves of vertices whose stars have to be read.
+    pub(super) fn list_leaves_of(&mut self, slots: impl Iterator<Item = Slot>, list: &mut Vec<TileId>) {
         for slot in slots {
-            let Whereabouts { home, read_in } = &mut self.whereabouts[slot as usize];
-            if *home != NONE && *read_in != self.round {
+            let StarPlace { leaf_id, read_in } = &mut self.star_places[slot as usize];
+            if *leaf_id != NONE && *read_in != self.round {
                 *read_in = self.round;
-                let home = *home;
-                self.list(home, list);
+                let leaf_id = *leaf_id;
+                self.list(leaf_id, list);
             }
         }
     }

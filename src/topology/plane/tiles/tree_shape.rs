@@ -1,10 +1,14 @@
-//! The shape of the tree of tiles: where vertices live, how leaves split and merge, and how the tree stays in balance.
+//! The shape of the tree of tiles: where vertices are stored, how leaves split and merge, how the tree is balanced.
 //!
-//! In: counts of vertices. Out: leaves and tiles that have to be reduced again. A tile is halved at the median of its vertices along its longer side,
-//! by a total order (one coordinate, then the other), so any cloud can be halved: collinear, clustered or far-flung. A leaf that has outgrown
-//! its capacity is halved; halves that have emptied become a leaf; a tile most of whose vertices are in one half is built
-//! anew from its vertices, which pays for itself since it takes as many changes to get there. Invariants: every vertex
-//! has one leaf; tile 0 is the root; parents know their halves and halves their parent. Must not know: reductions, the triangulation.
+//! In: vertices and their numbers.
+//! Out: leaves and tiles that have to be reduced again.
+//! Invariants: every vertex is in one leaf. Tile 0 is the root. Parents and halves refer to each other.
+//! Must not know: reductions, the triangulation.
+//!
+//! A tile is halved at the median of its vertices along its longer side, in a total order (one coordinate, then the
+//! other). So any cloud can be halved: collinear, clustered or far-flung. A leaf that exceeds its capacity is halved.
+//! Two small halves become one leaf. A tile with most of its vertices in one half is rebuilt from its vertices; it
+//! takes as many changes to get there, so this pays off.
 
 use super::split::{Axis, Split};
 use super::star::Stars;
@@ -38,7 +42,7 @@ impl Tiles {
         }
     }
 
-    /// The leaf that a position is in.
+    /// The leaf of a position.
     pub(super) fn leaf_of(&self, position: Position) -> TileId {
         let mut id = ROOT;
         while let Body::Halves { split, halves } = &self.tiles[id as usize].body {
@@ -47,7 +51,7 @@ impl Tiles {
         id
     }
 
-    /// A vertex of a leaf near a position, if it has any.
+    /// A vertex of a leaf near a position; none in an empty leaf.
     pub(super) fn near(&self, leaf: TileId, position: Position) -> Option<Slot> {
         match &self.tiles[leaf as usize].body {
             Body::Leaf { stars, .. } => stars.near(position),
@@ -55,22 +59,22 @@ impl Tiles {
         }
     }
 
-    /// Puts a vertex that has come into the leaf that its position is in.
-    pub(super) fn welcome(&mut self, id: TileId, position: Position, slot: Slot) {
+    /// Adds a new vertex to a leaf.
+    pub(super) fn add_arrival(&mut self, id: TileId, position: Position, slot: Slot) {
         if let Body::Leaf { arrivals, .. } = &mut self.tiles[id as usize].body {
             arrivals.push((position, slot));
         }
-        self.whereabouts[slot as usize].home = id;
+        self.star_places[slot as usize].leaf_id = id;
     }
 
-    /// Builds a tile, a leaf so far, from its vertices, which have no stars yet. Gives its leaves.
-    pub(super) fn grow(&mut self, tile: TileId, sites: &mut [(Position, Slot)]) -> Vec<TileId> {
+    /// Builds a tile, which is a leaf so far, from vertices without stars. Returns the new leaves.
+    pub(super) fn build(&mut self, tile: TileId, sites: &mut [(Position, Slot)]) -> Vec<TileId> {
         let mut leaves = Vec::new();
         let mut todo = vec![(tile, sites)];
         while let Some((id, sites)) = todo.pop() {
             self.tiles[id as usize].count = sites.len();
             if sites.len() <= self.capacity {
-                sites.iter().for_each(|&(_, slot)| self.whereabouts[slot as usize].home = id);
+                sites.iter().for_each(|&(_, slot)| self.star_places[slot as usize].leaf_id = id);
                 self.tiles[id as usize].body = Body::Leaf { stars: Stars::default(), arrivals: sites.to_vec() };
                 leaves.push(id);
                 continue;
@@ -83,13 +87,13 @@ impl Tiles {
             let (_, &mut (first, _), _) = sites.select_nth_unstable_by(middle, by_key);
             let halves = self.halve(id, Split { axis, at: axis.key(first) });
             let (first, second) = sites.split_at_mut(middle);
-            // The first half goes on the pile last, so it is next: tiles near in the plane are near in memory.
+            // The first half is pushed last, so it is next: tiles near in the plane are near in memory.
             todo.extend([(halves[1], second), (halves[0], first)]);
         }
         leaves
     }
 
-    /// Gives a tile two halves, empty leaves so far.
+    /// Gives a tile two halves, which are empty leaves.
     fn halve(&mut self, id: TileId, split: Split) -> [TileId; 2] {
         let depth = self.tiles[id as usize].depth + 1;
         let halves = [(); 2].map(|()| self.new_leaf(id, depth));
@@ -98,23 +102,24 @@ impl Tiles {
         halves
     }
 
-    /// Sees to it that a tile with a new shape is reduced, or forgets its reduction if it is one that hands on.
+    /// Marks a tile of a new shape as stale, or drops its results if it is not reduced any more.
     fn note_new_shape(&mut self, id: TileId) {
         let tile = &mut self.tiles[id as usize];
-        tile.is_stale = !tile.hands_on();
-        if tile.hands_on() {
+        tile.is_stale = !tile.is_pass_through();
+        if tile.is_pass_through() {
             self.retired.push(std::mem::take(&mut tile.resolved));
             tile.border = Default::default();
             tile.own_death = 0.0;
         }
-        // What is above has to be told in any case: a leaf may leave as little as a tile that hands on, which is nothing.
+        // The tile above is always stale: a new leaf may leave as little as a tile that is not reduced, which is
+        // nothing.
         self.mark_above(id);
     }
 
-    /// Says that what a tile leaves has changed.
+    /// Marks the next reduced tile above as stale, because what this one leaves has changed.
     pub(super) fn mark_above(&mut self, id: TileId) {
         let mut above = self.tiles[id as usize].parent;
-        while above != NONE && self.tiles[above as usize].hands_on() {
+        while above != NONE && self.tiles[above as usize].is_pass_through() {
             above = self.tiles[above as usize].parent;
         }
         if above != NONE {
@@ -122,14 +127,14 @@ impl Tiles {
         }
     }
 
-    /// Splits leaves that have outgrown their capacity, merges those that have emptied, rebuilds what is out of balance. Counts are right then.
-    /// Leaves that come of it go on the list, and those that are none any more off it. Gives leaves whose stars have to be read.
+    /// Splits large leaves, merges small ones and rebuilds unbalanced tiles; updates counts. `leaves` is updated to the
+    /// leaves that have to be reduced. Returns the leaves whose stars have to be read.
     pub(super) fn reshape(&mut self, leaves: &mut Vec<TileId>) -> Vec<TileId> {
         let mut rebuilt = Vec::new();
         for place in 0..leaves.len() {
             self.split_leaf(leaves[place], leaves);
         }
-        let mut lopsided = Vec::new();
+        let mut unbalanced = Vec::new();
         let levels = self.levels_above(leaves);
         for id in levels.into_iter().rev().flatten() {
             let Body::Halves { halves, .. } = self.tiles[id as usize].body else { continue };
@@ -140,18 +145,18 @@ impl Tiles {
                 self.merge(id, halves);
                 leaves.push(id);
             } else if 4 * counts[0].max(counts[1]) > 3 * count + 2 * self.capacity {
-                lopsided.push(id);
+                unbalanced.push(id);
             }
         }
-        for &id in lopsided.iter().filter(|&&id| !self.is_below(id, &lopsided)).collect::<Vec<_>>() {
-            let mut sites = self.uproot(id);
-            rebuilt.extend(self.grow(id, &mut sites));
+        for &id in unbalanced.iter().filter(|&&id| !self.is_below(id, &unbalanced)).collect::<Vec<_>>() {
+            let mut sites = self.take_vertices_below(id);
+            rebuilt.extend(self.build(id, &mut sites));
         }
         leaves.retain(|&id| matches!(self.tiles[id as usize].body, Body::Leaf { .. }));
         rebuilt
     }
 
-    /// Whether some tile is above another one.
+    /// Whether a tile is below one of some tiles.
     fn is_below(&self, id: TileId, tiles: &[TileId]) -> bool {
         let above = std::iter::successors(Some(self.tiles[id as usize].parent), |&id| {
             (id != NONE).then(|| self.tiles[id as usize].parent)
@@ -177,7 +182,7 @@ impl Tiles {
             stars.iter().for_each(|star| parts[split.half(star.center.position)].push(star));
             let halves = self.halve(id, split);
             for (half, stars) in halves.into_iter().zip(parts) {
-                stars.vertices().for_each(|(_, slot)| self.whereabouts[slot as usize].home = half);
+                stars.vertices().for_each(|(_, slot)| self.star_places[slot as usize].leaf_id = half);
                 let tile = &mut self.tiles[half as usize];
                 tile.count = stars.len();
                 tile.body = Body::Leaf { stars, arrivals: Vec::new() };
@@ -187,7 +192,7 @@ impl Tiles {
         }
     }
 
-    /// Makes a leaf of a tile with two small halves.
+    /// Turns a tile with two small halves into a leaf.
     fn merge(&mut self, id: TileId, halves: [TileId; 2]) {
         let mut all = Stars::default();
         let [first, second] = halves.map(|half| match self.release(half) {
@@ -202,14 +207,14 @@ impl Tiles {
                 _ => second.next(),
             };
             let Some(star) = next else { break };
-            self.whereabouts[star.center.slot as usize].home = id;
+            self.star_places[star.center.slot as usize].leaf_id = id;
             all.push(star);
         }
         self.tiles[id as usize].body = Body::Leaf { stars: all, arrivals: Vec::new() };
         self.note_new_shape(id);
     }
 
-    /// Takes a tile out of the tree. What it had resolved is retired.
+    /// Removes a tile from the tree; what it resolved is retired.
     fn release(&mut self, id: TileId) -> Body {
         let tile = &mut self.tiles[id as usize];
         self.retired.push(std::mem::take(&mut tile.resolved));
@@ -218,8 +223,8 @@ impl Tiles {
         std::mem::replace(&mut tile.body, Body::Free)
     }
 
-    /// Takes everything below a tile away, and gives its vertices.
-    fn uproot(&mut self, id: TileId) -> Vec<(Position, Slot)> {
+    /// Removes all tiles below a tile, and returns their vertices.
+    fn take_vertices_below(&mut self, id: TileId) -> Vec<(Position, Slot)> {
         let mut sites = Vec::with_capacity(self.tiles[id as usize].count);
         let Body::Halves { halves, .. } = self.tiles[id as usize].body else { return sites };
         let mut todo = halves.to_vec();
@@ -255,13 +260,13 @@ impl Tiles {
         levels
     }
 
-    /// Levels below the root.
+    /// The number of levels below the root.
     pub fn depth(&self) -> usize {
         let used = self.tiles.iter().filter(|tile| !matches!(tile.body, Body::Free));
         used.map(|tile| tile.depth as usize).max().unwrap_or(0)
     }
 
-    /// Panics when the tree contradicts itself. For tests.
+    /// Panics when the tree is inconsistent. For tests.
     pub fn check_shape(&self) {
         let mut leaves = 0;
         for (id, tile) in self.tiles.iter().enumerate().filter(|(_, tile)| !matches!(tile.body, Body::Free)) {
@@ -273,7 +278,7 @@ impl Tiles {
                 }
                 Body::Leaf { stars, arrivals } => {
                     assert!(arrivals.is_empty() && tile.count == stars.len());
-                    assert!(stars.vertices().all(|(_, slot)| self.whereabouts[slot as usize].home == id as TileId));
+                    assert!(stars.vertices().all(|(_, slot)| self.star_places[slot as usize].leaf_id == id as TileId));
                     leaves += stars.len();
                 }
                 Body::Free => {}

@@ -1,6 +1,9 @@
-//! What one thread needs to work on tiles, in memory that is used again.
+//! The working memory of one thread that works on tiles.
 //!
-//! In: nothing. Out: a [`Worker`]. Invariant: what a worker did before does not show. Must not know: the tree of tiles.
+//! In: nothing.
+//! Out: a [`Worker`].
+//! Invariant: results do not depend on what a worker did before.
+//! Must not know: the tree of tiles.
 
 use super::difference::Difference;
 use super::star::Stars;
@@ -8,25 +11,25 @@ use super::star_reader::StarReader;
 use super::tile_reduction::TileReduction;
 use crate::topology::cloud::{Located, Slot};
 
-/// What becomes of a star in a round.
+/// What to do with a star in a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fate {
-    /// It stays as it is.
-    Stays,
-    /// It is read anew.
-    IsRead,
+pub enum StarUpdate {
+    /// It is valid.
+    Keep,
+    /// It is read again.
+    Read,
     /// Its vertex is gone.
-    Goes,
+    Drop,
 }
 
-/// Tools to work on tiles with, and what came of it.
+/// Working memory and results.
 #[derive(Clone, Debug, Default)]
 pub struct Worker {
     pub reader: StarReader,
     /// Vertices whose stars are read.
     pub to_read: Vec<Located<Slot>>,
-    /// Of each star that a leaf has: what becomes of it.
-    pub fates: Vec<Fate>,
+    /// What to do with each star of the leaf.
+    pub updates: Vec<StarUpdate>,
     pub stars: Stars,
     pub reduction: TileReduction,
     pub difference: Difference,
