@@ -161,7 +161,7 @@ fn what_makes_no_sense_is_wrong_usage() {
         ("- --size 5", "write WxH"),
         ("- --size 99999x99999", "1 to 67108864 pixels"),
         ("- --low -1", "'-1'"),
-        ("- --low=-1", "-1 is no threshold"),
+        ("- --low=-1", "-1 is not a threshold"),
         ("- --ratio 0.5", "1 or more"),
         ("- --ratio 2 --high 5", "cannot be used with"),
         ("- --blur 0", "0 is no standard deviation"),

@@ -233,7 +233,8 @@ impl Mirror {
 
     fn remove_critical(&mut self, edges: &[Edge]) -> Result<(), ElementError> {
         for &(a, b) in edges {
-            let (birth, death) = self.critical.remove(&(a, b)).ok_or(ElementError::Missing(ElementId::Critical(a, b)))?;
+            let (birth, death) =
+                self.critical.remove(&(a, b)).ok_or(ElementError::Missing(ElementId::Critical(a, b)))?;
             self.checksum.remove((a, b, birth, death));
         }
         Ok(())
