@@ -4,8 +4,8 @@ use hopes_protocol::*;
 use rustix::process::Signal;
 
 use crate::common::client::Client;
+use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, Producer, assert_clean_exit, open, points, subscribe};
 use crate::common::random::Random;
-use crate::common::roles::{Consumer, DERIVED, Daemon, FULL, Producer, is_fine, open, points, subscribe};
 
 /// The last words on a connection: all streams with their last frames.
 fn goodbye(message: Option<&(u32, Message)>) -> &[(String, u64)] {
@@ -22,15 +22,15 @@ fn a_signal_ends_it_in_good_order() {
         let mut producer = daemon.producer("cam");
         let mut consumer = daemon.consumer("cam", FULL);
         let mut idle = daemon.client();
-        let mut silent = Client::silent(&daemon.address);
+        let mut silent = Client::without_banner(&daemon.address);
         silent.banner();
         producer.frame(&[(0.0, 0.0)]);
-        consumer.is_shown(Cause::Start);
+        consumer.expect_snapshot(Cause::Start);
         // Taken in, and not committed.
         let batch = producer.batch(&[(1.0, 0.0)]);
         producer.is_accepted(batch, 1);
         daemon.running.signal(signal);
-        consumer.is_told_of(2);
+        consumer.expect_diff(2);
         assert!(matches!(consumer.next(), Message::StreamClosed(closed) if closed.frame == 2));
         let streams = [("cam".to_owned(), 2)];
         assert_eq!(goodbye(consumer.client.rest().last()), streams);
@@ -40,7 +40,7 @@ fn a_signal_ends_it_in_good_order() {
         for other in [&mut idle, &mut silent] {
             assert_eq!(goodbye(other.rest().last()), streams);
         }
-        let (socket, finished) = (daemon.socket(), is_fine(daemon.running.ends()));
+        let (socket, finished) = (daemon.socket(), assert_clean_exit(daemon.running.ends()));
         assert!(!socket.exists(), "the socket is removed");
         let word = if signal == Signal::TERM { "SIGTERM" } else { "SIGINT" };
         assert!(finished.err.contains(&format!("{word}: stream \"cam\" stopped after frame 2")), "{}", finished.err);
@@ -79,7 +79,7 @@ fn what_was_taken_in_before_is_committed_and_delivered() {
     let committed = answers.iter().filter(|answer| matches!(answer, Message::Committed(_))).count();
     let accepted = answers.iter().filter(|answer| matches!(answer, Message::Accepted(_))).count();
     assert_eq!((committed, accepted), (20, 21));
-    is_fine(daemon.running.ends());
+    assert_clean_exit(daemon.running.ends());
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn a_consumer_that_is_behind_still_gets_the_last_frame() {
         };
         assert_eq!((last, slow.mirror.number()), (15, 15), "with a history of {history}");
         assert_eq!(goodbye(slow.client.rest().last()), [("cam".to_owned(), 15)]);
-        is_fine(daemon.running.ends());
+        assert_clean_exit(daemon.running.ends());
     }
 }
 

@@ -3,7 +3,7 @@
 use hopes_protocol::*;
 
 use crate::common::client::{Client, bytes, hello};
-use crate::common::roles::Daemon;
+use crate::common::peers::Daemon;
 
 /// Frames by hand: a header that is right, whatever the body.
 fn frame(kind: u16, channel: u32, body: &[u8]) -> Vec<u8> {
@@ -36,12 +36,12 @@ fn a_client_is_welcome() {
 fn who_is_too_new_or_too_old_learns_what_is_spoken() {
     let daemon = Daemon::start("");
     for (lowest, highest) in [(3, 9), (0, 0), (9, 3)] {
-        let mut client = Client::silent(&daemon.address);
+        let mut client = Client::without_banner(&daemon.address);
         assert_eq!(client.banner(), Banner::OURS, "the banner comes before anything was said");
         client.write(&Banner { lowest, highest }.encode());
         assert_eq!(client.rest(), [], "nothing would be understood");
     }
-    let mut newer = Client::silent(&daemon.address);
+    let mut newer = Client::without_banner(&daemon.address);
     newer.write(&Banner { lowest: 0, highest: 7 }.encode());
     assert_eq!(newer.banner(), Banner::OURS);
     newer.hello();
@@ -51,10 +51,10 @@ fn who_is_too_new_or_too_old_learns_what_is_spoken() {
 #[test]
 fn who_is_no_client_is_cut_off() {
     let daemon = Daemon::start("");
-    let mut stranger = Client::silent(&daemon.address);
+    let mut stranger = Client::without_banner(&daemon.address);
     stranger.write(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
     stranger.banner();
-    stranger.is_cut_off(ErrorCode::BadFrame as u16);
+    stranger.expect_disconnect(ErrorCode::BadFrame as u16);
     assert_eq!(daemon.status().refused_messages, 1);
     daemon.stop();
 }
@@ -80,7 +80,7 @@ fn what_is_not_known_or_cannot_be_read_is_answered_and_the_next_is_read() {
     let mut refused = 0;
     let mut is_refused = |client: &mut Client, kind: u16, body: &[u8], code: ErrorCode| {
         client.write(&frame(kind, 9, body));
-        let report = client.error_on(9);
+        let report = client.expect_error_on(9);
         assert_eq!((report.code, report.answers), (code as u16, kind), "{report:?}");
         refused += 1;
     };
@@ -120,7 +120,7 @@ fn a_frame_that_is_broken_ends_the_connection() {
     for bytes in [broken(0), broken(9), broken(17), broken(HEADER), broken(ping.len() - 1), of_another_version] {
         let mut client = daemon.client();
         client.write(&bytes);
-        client.is_cut_off(ErrorCode::BadFrame as u16);
+        client.expect_disconnect(ErrorCode::BadFrame as u16);
     }
     daemon.stop();
 }
@@ -131,14 +131,14 @@ fn a_frame_that_is_too_large_is_refused_before_it_comes() {
     let mut client = Client::new(&daemon.address);
     let largest = client.hello().largest_frame;
     client.write(&header(VERSION, 0x0103, 1, largest + 1));
-    client.is_cut_off(ErrorCode::BadFrame as u16);
+    client.expect_disconnect(ErrorCode::BadFrame as u16);
     let mut client = daemon.client();
     client.write(&header(VERSION, 0x0103, 1, u32::MAX));
-    client.is_cut_off(ErrorCode::BadFrame as u16);
+    client.expect_disconnect(ErrorCode::BadFrame as u16);
     // The largest is taken, whatever is in it.
     let mut client = daemon.client();
     client.write(&frame(0x0103, 1, &vec![0xFF; largest as usize]));
-    assert_eq!(client.error_on(1).code, ErrorCode::Unreadable as u16);
+    assert_eq!(client.expect_error_on(1).code, ErrorCode::Unreadable as u16);
     client.ping();
     daemon.stop();
 }

@@ -3,8 +3,8 @@
 use hopes_protocol::*;
 
 use crate::common::client::{Client, bytes, hello};
+use crate::common::peers::{DERIVED, Daemon, ProducerAndConsumer, open, subscribe};
 use crate::common::random::Random;
-use crate::common::roles::{DERIVED, Daemon, Pair, open, subscribe};
 
 /// More than this no peer may make it take; it starts with some 10 MB.
 const MEMORY: u64 = 96 << 20;
@@ -12,7 +12,7 @@ const MEMORY: u64 = 96 << 20;
 /// Both kinds of daemons, attacked, and then looked at: others were served, nothing broke, and nothing was taken for good.
 fn attacked(attack: impl Fn(&Daemon)) {
     for daemon in [Daemon::start(""), Daemon::over_tcp("")] {
-        Pair::beside(&daemon, || attack(&daemon));
+        ProducerAndConsumer::while_serving(&daemon, || attack(&daemon));
         #[cfg(target_os = "linux")]
         assert!(daemon.running.peak_memory() < MEMORY, "{} bytes", daemon.running.peak_memory());
         assert!(daemon.status().refused_messages > 0);
@@ -83,7 +83,7 @@ fn random_bytes() {
     attacked(|daemon| {
         let mut random = Random::new(80);
         for round in 0..60 {
-            let mut client = Client::silent(&daemon.address);
+            let mut client = Client::without_banner(&daemon.address);
             if round % 3 > 0 {
                 // Some are greeted before.
                 client.write(&Banner::OURS.encode());
@@ -110,11 +110,11 @@ fn conversations_with_something_wrong_in_them() {
             for (place, frame) in conversation.into_iter().enumerate() {
                 all.extend(if place == wrong { mutated(&mut random, frame) } else { frame });
             }
-            let mut client = Client::silent(&daemon.address);
+            let mut client = Client::without_banner(&daemon.address);
             let _ = client.try_write(&all);
             if round % 2 == 0 {
                 // Whatever comes in answer can be read, and there is an end to it.
-                client.stop_speaking();
+                client.shutdown_write();
                 client.try_banner();
                 client.rest();
             }
@@ -142,12 +142,12 @@ fn lengths_of_what_never_comes() {
 #[test]
 fn many_who_say_nothing_and_many_who_do_not_listen() {
     attacked(|daemon| {
-        let silent: Vec<Client> = (0..100).map(|_| Client::silent(&daemon.address)).collect();
+        let silent: Vec<Client> = (0..100).map(|_| Client::without_banner(&daemon.address)).collect();
         let mut deaf: Vec<Client> = (0..10).map(|_| daemon.client()).collect();
         // Every message is answered by an error, which nobody reads.
         let nonsense = bytes(5, Closed { frame: 1 }).repeat(1000);
         for client in &mut deaf {
-            while client.socket.write_at_once(&nonsense).unwrap() > 0 {}
+            while client.socket.write_nonblocking(&nonsense).unwrap() > 0 {}
         }
         drop(silent);
     });

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use hopes_protocol::*;
 
 use crate::common::client::{Client, Socket, bytes};
-use crate::common::roles::{Consumer, DERIVED, Daemon, FULL, Pair, subscribe};
+use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, ProducerAndConsumer, subscribe};
 
 const HASTY: &str = "--heartbeat 200ms --timeout 1s";
 
@@ -59,7 +59,7 @@ fn a_client_that_answers_stays_and_one_that_does_not_is_cut_off() {
 fn a_consumer_that_is_sent_a_lot_and_has_nothing_to_say_stays() {
     let daemon = Daemon::start(HASTY);
     let began = Instant::now();
-    Pair::beside(&daemon, || {
+    ProducerAndConsumer::while_serving(&daemon, || {
         let mut listener = daemon.consumer("beside", FULL);
         // Frames come all the time, so that no ping is due for the sake of the connection.
         while began.elapsed() < Duration::from_secs(3) {
@@ -84,8 +84,8 @@ fn given_up(client: &mut Client) -> (usize, u16) {
 #[test]
 fn who_never_says_anything_is_cut_off() {
     for daemon in [Daemon::start(HASTY), Daemon::over_tcp(HASTY)] {
-        Pair::beside(&daemon, || {
-            let mut nothing = Client::silent(&daemon.address);
+        ProducerAndConsumer::while_serving(&daemon, || {
+            let mut nothing = Client::without_banner(&daemon.address);
             nothing.banner();
             let mut no_hello = Client::new(&daemon.address);
             assert_eq!(given_up(&mut nothing).1, ErrorCode::TooSlow as u16);
@@ -100,9 +100,9 @@ fn who_sends_byte_by_byte_is_cut_off() {
     for daemon in [Daemon::start(HASTY), Daemon::over_tcp(HASTY)] {
         // One never gets to the end of its banner, one to that of its message.
         let open = bytes(1, Open { name: "x".repeat(200), window: None, resolution: None });
-        Pair::beside(&daemon, || {
+        ProducerAndConsumer::while_serving(&daemon, || {
             let banner = Banner::OURS.encode().to_vec();
-            for (mut client, bytes) in [(Client::silent(&daemon.address), banner), (daemon.client(), open)] {
+            for (mut client, bytes) in [(Client::without_banner(&daemon.address), banner), (daemon.client(), open)] {
                 let mut bytes = bytes.into_iter();
                 // More often than it could be called silent, until the daemon hangs up.
                 while bytes.next().is_some_and(|byte| client.try_write(&[byte]).is_ok()) {
@@ -111,7 +111,7 @@ fn who_sends_byte_by_byte_is_cut_off() {
                 assert!(bytes.len() > 0, "it came to the end");
                 if matches!(client.socket, Socket::Unix(_)) {
                     // Over TCP, what was on its way when the connection broke may be lost.
-                    client.is_told_that_it_took_too_long();
+                    client.expect_too_slow();
                 }
             }
         });
@@ -120,7 +120,7 @@ fn who_sends_byte_by_byte_is_cut_off() {
 }
 
 impl Client {
-    fn is_told_that_it_took_too_long(&mut self) {
+    fn expect_too_slow(&mut self) {
         let _ = self.try_banner();
         assert_eq!(given_up(self).1, ErrorCode::TooSlow as u16);
     }
@@ -129,7 +129,7 @@ impl Client {
 #[test]
 fn who_never_reads_is_cut_off() {
     for daemon in [Daemon::start(HASTY), Daemon::over_tcp(HASTY)] {
-        Pair::beside(&daemon, || {
+        ProducerAndConsumer::while_serving(&daemon, || {
             let mut deaf = daemon.client();
             // Each of these is answered, until sockets are full; then nothing is read any more, and at last it is over.
             let asked = [bytes(0, Ping { token: 1 }), bytes(9, StatusWanted {})].concat().repeat(100);
@@ -147,7 +147,7 @@ fn nothing_costs_nothing() {
     producer.frame(&[(0.0, 0.0), (1.0, 0.0)]);
     let mut consumers: Vec<Consumer> = (0..20).map(|_| daemon.consumer("cam", DERIVED)).collect();
     for consumer in &mut consumers {
-        consumer.is_shown(Cause::Start);
+        consumer.expect_snapshot(Cause::Start);
     }
     let mut later = daemon.client();
     later.send(1, subscribe("nothing", FULL));

@@ -3,9 +3,9 @@
 use hopes_protocol::*;
 
 use crate::common::client::{Client, bytes, hello};
+use crate::common::peers::{Daemon, FULL, Producer, open, points, subscribe};
 use crate::common::process::eventually;
 use crate::common::random::Random;
-use crate::common::roles::{Daemon, FULL, Producer, open, points, subscribe};
 
 /// The codes of a batch's refusals, each once, and how many points were taken.
 fn codes(answer: Message) -> (u32, Vec<u16>) {
@@ -38,7 +38,7 @@ fn so_many_connections() {
     for daemon in [Daemon::start("--max-connections 3"), Daemon::over_tcp("--max-connections 3")] {
         let mut first = daemon.client();
         let _others = [daemon.client(), Client::new(&daemon.address)];
-        let mut late = Client::silent(&daemon.address);
+        let mut late = Client::without_banner(&daemon.address);
         assert_eq!(late.banner(), Banner::OURS);
         match &late.rest()[..] {
             [(0, Message::Error(report))] => assert_eq!(report.code, ErrorCode::TooManyConnections as u16),
@@ -47,11 +47,11 @@ fn so_many_connections() {
         assert_eq!(first.status().connections, 3);
         first.part();
         let mut again = eventually("there is room again", || {
-            let mut client = Client::silent(&daemon.address);
+            let mut client = Client::without_banner(&daemon.address);
             client.banner();
             client.try_write(&Banner::OURS.encode()).ok()?;
             client.try_write(&bytes(0, hello())).ok()?;
-            matches!(client.hear(), Some((0, Message::Welcome(_)))).then_some(client)
+            matches!(client.receive(), Some((0, Message::Welcome(_)))).then_some(client)
         });
         again.ping();
         daemon.stop();
@@ -139,10 +139,10 @@ fn so_many_points_in_a_message() {
     producer.frame(&points(&mut random, 100));
     for _ in 0..2 {
         producer.batch(&points(&mut random, 101));
-        let report = producer.client.error_on(Producer::CHANNEL);
+        let report = producer.client.expect_error_on(Producer::CHANNEL);
         assert_eq!((report.code, report.answers), (ErrorCode::TooLarge as u16, 0x0103));
         producer.retract(&points(&mut random, 101));
-        let report = producer.client.error_on(Producer::CHANNEL);
+        let report = producer.client.expect_error_on(Producer::CHANNEL);
         assert_eq!((report.code, report.answers), (ErrorCode::TooLarge as u16, 0x0104));
     }
     assert_eq!(producer.frame(&points(&mut random, 1)), 2);

@@ -7,10 +7,10 @@ use hopes_protocol::Cause;
 use rustix::process::Signal;
 
 use crate::common::client::Client;
-use crate::common::process::hopes;
-use crate::common::roles::{
-    Consumer, Daemon, FULL, Producer, is_fine, listening, open, serve_at, socket_in, subscribe,
+use crate::common::peers::{
+    Consumer, Daemon, FULL, Producer, assert_clean_exit, listening, open, serve_at, socket_in, subscribe,
 };
+use crate::common::process::hopes;
 
 #[test]
 fn the_socket_is_for_its_owner_alone() {
@@ -31,9 +31,9 @@ fn the_socket_of_a_daemon_that_was_killed_is_replaced() {
     daemon.running = serve_at(&socket_in(&folder)).start();
     let address = listening(&mut daemon.running);
     assert_eq!(address, daemon.address);
-    Client::greeted(&address).ping();
+    Client::with_hello(&address).ping();
     daemon.running.signal(Signal::TERM);
-    is_fine(daemon.running.ends());
+    assert_clean_exit(daemon.running.ends());
     assert!(!socket_in(&folder).exists());
 }
 
@@ -75,10 +75,10 @@ fn a_socket_that_is_somebody_elses_by_now_is_not_removed() {
     let mut second = serve_at(&path).start();
     let address = listening(&mut second);
     first.signal(Signal::TERM);
-    is_fine(first.ends());
-    Client::greeted(&address).ping();
+    assert_clean_exit(first.ends());
+    Client::with_hello(&address).ping();
     second.signal(Signal::TERM);
-    is_fine(second.ends());
+    assert_clean_exit(second.ends());
     assert!(!path.exists());
 }
 
@@ -91,9 +91,9 @@ fn other_machines_may_come_only_if_they_are_let() {
     let mut running = hopes("serve --listen tcp:0.0.0.0:0 --allow-remote").start();
     let address = listening(&mut running);
     let (_, port) = address.rsplit_once(':').unwrap();
-    Client::greeted(&format!("tcp:127.0.0.1:{port}")).ping();
+    Client::with_hello(&format!("tcp:127.0.0.1:{port}")).ping();
     running.signal(Signal::TERM);
-    is_fine(running.ends());
+    assert_clean_exit(running.ends());
 }
 
 #[test]
@@ -122,15 +122,17 @@ fn many_places_lead_to_the_same_streams() {
     addresses.extend((0..2).map(|_| listening(&mut daemon.running)));
     assert_eq!(addresses[1..].iter().filter(|address| address.starts_with("tcp:")).count(), 2, "{addresses:?}");
     let mut producers: Vec<Producer> =
-        addresses.iter().map(|address| Producer::open(Client::greeted(address), open("cam"))).collect();
-    let mut consumers: Vec<Consumer> =
-        addresses.iter().map(|address| Consumer::subscribe(Client::greeted(address), subscribe("cam", FULL))).collect();
+        addresses.iter().map(|address| Producer::open(Client::with_hello(address), open("cam"))).collect();
+    let mut consumers: Vec<Consumer> = addresses
+        .iter()
+        .map(|address| Consumer::subscribe(Client::with_hello(address), subscribe("cam", FULL)))
+        .collect();
     for (number, producer) in (1..).zip(&mut producers) {
         assert_eq!(producer.frame(&[(number as f64, 0.0)]), number);
         for consumer in &mut consumers {
             match number {
-                1 => assert_eq!(consumer.is_shown(Cause::Start), 1),
-                _ => assert_eq!(consumer.is_told_of(number).vertices_added.len(), 1),
+                1 => assert_eq!(consumer.expect_snapshot(Cause::Start), 1),
+                _ => assert_eq!(consumer.expect_diff(number).vertices_added.len(), 1),
             }
         }
     }

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use hopes_protocol::*;
 
 use crate::common::client::brief;
+use crate::common::peers::{Daemon, FULL, Point, Producer, open, points};
 use crate::common::process::eventually;
 use crate::common::random::Random;
-use crate::common::roles::{Daemon, FULL, Point, Producer, open, points};
 
 /// Points in a batch; some thirteen of these fill an inbox.
 const SIZE: usize = 5000;

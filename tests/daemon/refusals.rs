@@ -2,7 +2,7 @@
 
 use hopes_protocol::*;
 
-use crate::common::roles::{Consumer, Daemon, FULL, Point, Producer, open};
+use crate::common::peers::{Consumer, Daemon, FULL, Point, Producer, open};
 
 /// Sends a batch with times and tags; the answer.
 fn answered(producer: &mut Producer, points: &[Point], times: &[f64], tags: &[u64]) -> Message {
@@ -52,7 +52,7 @@ fn each_point_that_is_refused_is_named_and_the_others_are_placed() {
     assert_eq!(placed, [(u64::MAX, first), (0, second)]);
     let commit = producer.commit();
     producer.is_committed(commit);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     let ids: Vec<u64> = consumer.mirror.vertices().keys().copied().collect();
     assert_eq!(ids, [first, second]);
     let frame = consumer.mirror.frame().unwrap();
@@ -83,7 +83,7 @@ fn what_is_not_there_cannot_be_taken_back() {
     let mut producer = daemon.producer("cam");
     let mut consumer = daemon.consumer("cam", FULL);
     producer.frame(&[(0.0, 0.0), (0.0, 0.0), (1.0, 0.0)]);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     producer.retract(&[(0.0, 0.0), (2.0, 0.0), (f64::NAN, 0.0), (1.0, 0.0), (1.0, 0.0)]);
     let (accepted, refused, reasons, _) = outcome(producer.answer());
     assert_eq!((accepted, refused), (2, 3));
@@ -91,14 +91,14 @@ fn what_is_not_there_cannot_be_taken_back() {
     assert_eq!((reasons[0].1, reasons[2].1), (RefusalCode::NotThere as u16, RefusalCode::NotThere as u16));
     let commit = producer.commit();
     producer.is_committed(commit);
-    let diff = consumer.is_told_of(2);
+    let diff = consumer.expect_diff(2);
     assert_eq!((diff.frame.points, diff.frame.rejected), (1, 3));
     assert_eq!(seen(&consumer), [(0.0, 0.0)], "of two points at one place one is still there");
     let retraction = producer.retract(&[(0.0, 0.0)]);
     producer.is_accepted(retraction, 1);
     let commit = producer.commit();
     producer.is_committed(commit);
-    consumer.is_told_of(3);
+    consumer.expect_diff(3);
     assert_eq!(consumer.mirror.checksum(), 0, "nothing is left");
     daemon.stop();
 }
@@ -141,14 +141,14 @@ fn a_time_window_wants_times_that_are_not_too_late() {
     assert_eq!(refused(answered(&mut producer, &[(7.0, 0.0)], &[], &[])), []);
     let commit = producer.commit();
     producer.is_committed(commit);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     assert_eq!(seen(&consumer), [(4.0, 0.0), (6.0, 0.0), (7.0, 0.0)]);
     let frame = consumer.mirror.frame().unwrap();
     assert_eq!((frame.time, frame.rejected), (Some(16.5), 4));
     // The time of a commit moves the window too.
     producer.client.send(Producer::CHANNEL, Commit { sequence: 99, time: Some(20.0) });
     assert_eq!(producer.is_committed(99), 2);
-    assert_eq!(consumer.is_told_of(2).frame.time, Some(20.0));
+    assert_eq!(consumer.expect_diff(2).frame.time, Some(20.0));
     assert_eq!(seen(&consumer), [(4.0, 0.0), (7.0, 0.0)]);
     daemon.stop();
 }
@@ -165,9 +165,9 @@ fn windows_of_points_and_of_frames_let_the_oldest_go() {
         let mut consumer = daemon.consumer("cam", FULL);
         assert_eq!(consumer.opened.window, window);
         producer.frame(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]);
-        consumer.is_shown(Cause::Start);
+        consumer.expect_snapshot(Cause::Start);
         producer.frame(&[(3.0, 0.0), (4.0, 0.0)]);
-        consumer.is_told_of(2);
+        consumer.expect_diff(2);
         assert_eq!(seen(&consumer), expected, "{window:?}");
         daemon.stop();
     }
@@ -180,7 +180,7 @@ fn a_resolution_makes_one_vertex_of_near_points() {
     let mut consumer = daemon.consumer("cam", FULL);
     assert_eq!(consumer.opened.resolution, Some(1.0));
     producer.frame(&[(0.1, -0.2), (-0.3, 0.4), (1.9, 0.0)]);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     assert_eq!(seen(&consumer), [(0.0, 0.0), (2.0, 0.0)]);
     daemon.stop();
 }

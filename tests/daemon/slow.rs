@@ -5,9 +5,9 @@ use std::time::Duration;
 use hopes_protocol::*;
 
 use crate::common::client::{brief, bytes};
+use crate::common::peers::{Consumer, Daemon, FULL, Point, Producer, ProducerAndConsumer, held, open, points};
 use crate::common::process::{eventually, settled};
 use crate::common::random::Random;
-use crate::common::roles::{Consumer, Daemon, FULL, Pair, Point, Producer, held, open, points};
 
 /// Points that stay, and those that are replaced each frame: diffs are some 100 KiB and a snapshot is more.
 const STAY: usize = 6000;
@@ -45,11 +45,11 @@ impl Moving {
 fn behind(daemon: &Daemon) -> (Consumer, Moving, Mirror) {
     let mut moving = Moving::new(daemon);
     let (mut slow, mut fast) = (daemon.consumer("cam", FULL), daemon.consumer("cam", FULL));
-    slow.is_shown(Cause::Start);
-    fast.is_shown(Cause::Start);
+    slow.expect_snapshot(Cause::Start);
+    fast.expect_snapshot(Cause::Start);
     for _ in 0..FRAMES {
         let frame = moving.step();
-        fast.is_told_of(frame);
+        fast.expect_diff(frame);
     }
     (slow, moving, fast.mirror)
 }
@@ -85,7 +85,7 @@ fn frames_are_merged_for_a_consumer_that_does_not_read() {
     assert_eq!(held(&slow.mirror), held(&fast));
     assert_eq!(daemon.stream("cam").lagged, diff.frame.number - diff.from - 1);
     let next = moving.step();
-    slow.is_told_of(next);
+    slow.expect_diff(next);
     daemon.stop();
 }
 
@@ -98,7 +98,7 @@ fn a_snapshot_replaces_frames_that_are_forgotten() {
     assert_eq!((snapshot.cause, snapshot.frame.number), (Cause::Lagged, FRAMES + 1));
     assert_eq!(held(&slow.mirror), held(&fast));
     let next = moving.step();
-    slow.is_told_of(next);
+    slow.expect_diff(next);
     daemon.stop();
 }
 
@@ -109,7 +109,7 @@ fn a_snapshot_replaces_merged_frames_where_it_is_smaller() {
     let mut random = Random::new(41);
     producer.frame(&points(&mut random, 2500));
     let mut slow = daemon.consumer("cam", FULL);
-    slow.is_shown(Cause::Start);
+    slow.expect_snapshot(Cause::Start);
     for _ in 0..FRAMES {
         producer.frame(&points(&mut random, 2500));
     }
@@ -142,7 +142,7 @@ fn many_who_do_not_read_take_no_memory() {
 #[test]
 fn a_producer_that_does_not_read_its_answers_stops_only_itself() {
     for daemon in [Daemon::start(""), Daemon::over_tcp("")] {
-        let mut pair = Pair::new(&daemon, "cam");
+        let mut pair = ProducerAndConsumer::new(&daemon, "cam");
         let mut stubborn = daemon.producer("cam");
         // On the same stream and the same connection's limits, as fast as it can.
         let batch = |sequence| {
@@ -157,7 +157,7 @@ fn a_producer_that_does_not_read_its_answers_stops_only_itself() {
                     sequence += 1;
                     rest = batch(sequence);
                 }
-                let taken = stubborn.client.socket.write_at_once(&rest).unwrap();
+                let taken = stubborn.client.socket.write_nonblocking(&rest).unwrap();
                 rest.drain(..taken);
                 written += taken;
                 if taken == 0 {
@@ -173,7 +173,7 @@ fn a_producer_that_does_not_read_its_answers_stops_only_itself() {
             let socket = stubborn.client.socket.try_clone().unwrap();
             scope.spawn(move || std::io::Write::write_all(&mut { socket }, &rest).unwrap());
             for expected in 1..=sequence {
-                match stubborn.client.hear_on(Producer::CHANNEL) {
+                match stubborn.client.receive_on(Producer::CHANNEL) {
                     Message::Accepted(accepted) => assert_eq!((accepted.sequence, accepted.points), (expected, 1)),
                     other => panic!("{other:?}"),
                 }

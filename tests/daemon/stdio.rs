@@ -4,11 +4,11 @@ use std::io::Write;
 
 use hopes_protocol::*;
 
+use crate::common::growing_stream::frames;
 use crate::common::mirror::{FrameLine, Mirror as LineMirror};
+use crate::common::peers::{Daemon, FULL, Point, points};
 use crate::common::process::hopes;
 use crate::common::random::Random;
-use crate::common::roles::{Daemon, FULL, Point, points};
-use crate::common::scene::frames;
 
 #[test]
 fn stdin_feeds_the_default_stream_and_the_daemon_goes_on_after_it() {
@@ -16,19 +16,19 @@ fn stdin_feeds_the_default_stream_and_the_daemon_goes_on_after_it() {
     let mut consumer = daemon.consumer("default", FULL);
     assert_eq!(consumer.opened.window, Window::Points(3));
     daemon.running.say("{\"points\":[[0,0],[1,0]],\"t\":2.5}\n{\"commit\":true}\n");
-    assert_eq!(consumer.is_shown(Cause::Start), 1);
+    assert_eq!(consumer.expect_snapshot(Cause::Start), 1);
     assert_eq!(consumer.mirror.frame().unwrap().time, Some(2.5));
     // A producer feeds the same stream.
     let mut producer = daemon.producer("default");
     assert_eq!(producer.frame(&[(2.0, 0.0)]), 2);
-    consumer.is_told_of(2);
+    consumer.expect_diff(2);
     daemon.running.say("bad\n{\"points\":[[3,0]]}\n");
     drop(daemon.running.take_stdin());
     // What came last is a frame too, and then sockets alone are left.
-    let diff = consumer.is_told_of(3);
+    let diff = consumer.expect_diff(3);
     assert_eq!((diff.frame.points, diff.frame.rejected), (3, 1));
     assert_eq!(producer.frame(&[(4.0, 0.0)]), 4);
-    consumer.is_told_of(4);
+    consumer.expect_diff(4);
     let finished = daemon.stop();
     assert!(finished.err.contains("line 3"), "{}", finished.err);
 }
@@ -55,7 +55,7 @@ fn stdout_shows_what_producers_send() {
     let last = FrameLine::of(&daemon.running.line().expect("what was taken in is shown"));
     assert_eq!(last.frame, 6);
     assert_eq!(daemon.running.line(), None, "other streams are not shown");
-    crate::common::roles::is_fine(daemon.running.ends());
+    crate::common::peers::assert_clean_exit(daemon.running.ends());
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn who_stops_reading_stdout_does_not_stop_the_sockets() {
         assert_eq!(producer.frame(&[(frame as f64, 0.0)]), frame);
     }
     let mut consumer = daemon.consumer("default", FULL);
-    assert_eq!(consumer.is_shown(Cause::Start), 20);
+    assert_eq!(consumer.expect_snapshot(Cause::Start), 20);
     daemon.running.signal(rustix::process::Signal::TERM);
     assert_eq!(daemon.running.ends().code, Some(0));
 }

@@ -3,7 +3,7 @@
 use hopes_protocol::*;
 
 use crate::common::client::Client;
-use crate::common::roles::{Consumer, DERIVED, Daemon, FULL, Producer, open, points, subscribe};
+use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, Producer, open, points, subscribe};
 
 #[test]
 fn two_producers_feed_one_stream() {
@@ -21,9 +21,9 @@ fn two_producers_feed_one_stream() {
     // A commit closes the frame for everybody.
     assert_eq!(other.frame(&[(1.0, 1.0), (0.0, 1.0)]), 1);
     assert_eq!(one.frame(&[(5.0, 5.0)]), 2);
-    assert_eq!(consumer.is_shown(Cause::Start), 1);
+    assert_eq!(consumer.expect_snapshot(Cause::Start), 1);
     assert_eq!((consumer.mirror.vertices().len(), consumer.mirror.critical().len()), (4, 1));
-    consumer.is_told_of(2);
+    consumer.expect_diff(2);
     daemon.stop();
 }
 
@@ -47,8 +47,8 @@ fn a_connection_feeds_many_streams() {
     }
     for channel in 1..4 {
         for round in 0..10 {
-            let Message::Accepted(accepted) = client.hear_on(channel) else { panic!("Accepted is due") };
-            let Message::Committed(committed) = client.hear_on(channel) else { panic!("Committed is due") };
+            let Message::Accepted(accepted) = client.receive_on(channel) else { panic!("Accepted is due") };
+            let Message::Committed(committed) = client.receive_on(channel) else { panic!("Committed is due") };
             assert_eq!((accepted.sequence, committed.sequence, committed.frame), (2 * round, 2 * round + 1, round + 1));
         }
     }
@@ -126,7 +126,7 @@ fn a_pattern_follows_streams_that_come_later() {
     daemon.producer("cam-1").frame(&[(0.0, 0.0)]);
     let mut consumer = Consumer::subscribe(daemon.client(), subscribe("cam-*", FULL));
     assert_eq!((consumer.opened.name.as_str(), consumer.opened.frame), ("cam-1", 1));
-    assert_eq!(consumer.is_shown(Cause::Start), 1);
+    assert_eq!(consumer.expect_snapshot(Cause::Start), 1);
     daemon.producer("other").frame(&[(0.0, 0.0)]);
     let mut second = daemon.producer("cam-2");
     let opened = match consumer.next() {
@@ -144,10 +144,10 @@ fn a_pattern_follows_streams_that_come_later() {
     // A subscription for what is not there yet is none for anything else.
     let mut early = daemon.client();
     early.send(4, subscribe("late", DERIVED));
-    assert_eq!(early.settle(), []);
+    assert_eq!(early.drain(), []);
     daemon.producer("late").frame(&[(0.0, 0.0)]);
-    assert!(matches!(early.hear_on(4), Message::StreamOpened(opened) if opened.name == "late"));
-    assert!(matches!(early.hear_on(4), Message::Snapshot(snapshot) if snapshot.frame.number == 1));
+    assert!(matches!(early.receive_on(4), Message::StreamOpened(opened) if opened.name == "late"));
+    assert!(matches!(early.receive_on(4), Message::Snapshot(snapshot) if snapshot.frame.number == 1));
     daemon.stop();
 }
 
@@ -162,14 +162,14 @@ fn the_end_of_a_stream_reaches_everybody() {
     // What was not committed yet is a last frame.
     assert_eq!(one.close(true), 2);
     assert_eq!(other.answer(), Message::Closed(Closed { frame: 2 }));
-    consumer.is_shown(Cause::Start);
-    consumer.is_told_of(2);
+    consumer.expect_snapshot(Cause::Start);
+    consumer.expect_diff(2);
     match consumer.next() {
         Message::StreamClosed(closed) => assert_eq!((closed.stream, closed.frame), (consumer.opened.stream, 2)),
         last => panic!("{last:?}"),
     }
     other.batch(&[(2.0, 0.0)]);
-    assert_eq!(other.client.error_on(Producer::CHANNEL).code, ErrorCode::NoChannel as u16);
+    assert_eq!(other.client.expect_error_on(Producer::CHANNEL).code, ErrorCode::NoChannel as u16);
     // At once, by the same name: another stream.
     let again = Producer::open(one.client, open("cam"));
     assert!(again.opened.created && again.opened.frame == 0);
@@ -199,7 +199,7 @@ fn a_stream_ends_and_begins_again_and_again() {
         client = producer.client;
         let mut heard = Vec::new();
         while !matches!(heard.last(), Some(Message::StreamClosed(_))) {
-            heard.push(consumer.hear_on(Consumer::CHANNEL));
+            heard.push(consumer.receive_on(Consumer::CHANNEL));
         }
         let [Message::StreamOpened(_), Message::Snapshot(snapshot), Message::Dots(dots), Message::StreamClosed(closed)] =
             &heard[..]
@@ -224,12 +224,12 @@ fn a_stream_stays_when_its_producers_go() {
     assert_eq!(producer.close(false), 1);
     // The channel is free again, and what comes on it without Open is refused.
     producer.batch(&[(0.0, 0.0)]);
-    assert_eq!(producer.client.error_on(1).code, ErrorCode::NoChannel as u16);
+    assert_eq!(producer.client.expect_error_on(1).code, ErrorCode::NoChannel as u16);
     assert_eq!(daemon.stream("cam").info.producers, 0);
     let again = Producer::open(producer.client, open("cam"));
     assert_eq!((again.opened.created, again.opened.frame), (false, 1));
     drop(again);
-    assert_eq!(daemon.consumer("cam", FULL).is_shown(Cause::Start), 1);
+    assert_eq!(daemon.consumer("cam", FULL).expect_snapshot(Cause::Start), 1);
     daemon.stop();
 }
 

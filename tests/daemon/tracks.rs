@@ -3,8 +3,8 @@
 use hopes_protocol::*;
 
 use crate::common::client::{Client, brief, bytes, hello};
+use crate::common::peers::{Consumer, DERIVED, Daemon, Point, Producer, open};
 use crate::common::process::hopes;
-use crate::common::roles::{Consumer, DERIVED, Daemon, Point, Producer, open};
 
 /// A circle of radius 1, points on which stand a fourteenth apart.
 fn circle([x, y]: [f64; 2]) -> Vec<Point> {
@@ -167,11 +167,11 @@ fn tracks_can_be_switched_off_and_on() {
     film.steps(3);
     watcher.told_to(3);
     watcher.consumer.client.send(Consumer::CHANNEL, WantTracks { tracks: TracksWanted::No });
-    watcher.consumer.client.settle();
+    watcher.consumer.client.drain();
     film.step();
-    watcher.consumer.is_told_of(4);
+    watcher.consumer.expect_diff(4);
     film.step();
-    watcher.consumer.is_told_of(5);
+    watcher.consumer.expect_diff(5);
     watcher.consumer.client.send(Consumer::CHANNEL, WantTracks { tracks: TracksWanted::Alive });
     let again = watcher.told();
     assert_eq!((again.from, again.frame), (0, 5));
@@ -184,7 +184,7 @@ fn what_cannot_be_wanted_is_refused() {
     Film::new(&without).step();
     let wanted = WantTracks { tracks: TracksWanted::Alive };
     let mut consumer = without.consumer("film", DERIVED);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     assert_eq!(consumer.client.is_refused(Consumer::CHANNEL, wanted), ErrorCode::BadOptions as u16);
     assert_eq!(consumer.client.is_refused(7, wanted), ErrorCode::NoChannel as u16);
     without.stop();
@@ -194,15 +194,15 @@ fn what_cannot_be_wanted_is_refused() {
 #[test]
 fn in_version_1_there_are_no_tracks() {
     let daemon = Daemon::start(TRACKS);
-    let mut client = Client::silent(&daemon.address);
+    let mut client = Client::without_banner(&daemon.address);
     client.write(&Banner { lowest: 1, highest: 1 }.encode());
     client.banner();
-    client.speaks(1);
+    client.set_version(1);
     client.write(&encode(1, 0, &hello().into()).unwrap());
-    assert!(matches!(client.hear_on(0), Message::Welcome(_)));
+    assert!(matches!(client.receive_on(0), Message::Welcome(_)));
     let wanted = bytes(3, WantTracks { tracks: TracksWanted::Alive });
     client.write(&[&header(1, 0x020D, 3, 1), &wanted[HEADER..]].concat());
-    let report = client.error_on(3);
+    let report = client.expect_error_on(3);
     assert_eq!((report.code, report.answers), (ErrorCode::Unexpected as u16, 0x020D), "{}", report.text);
     daemon.stop();
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use hopes::topology::{self, Options, Pipeline, RankedDot, ViewSpec, simplify};
 use hopes_protocol::*;
 
+use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, Point, Producer, open, points, subscribe};
 use crate::common::random::Random;
-use crate::common::roles::{Consumer, DERIVED, Daemon, FULL, Point, Producer, open, points, subscribe};
 
 const fn plain(cut: Cut) -> View {
     View { cut, simplify: Simplify::No }
@@ -139,9 +139,9 @@ fn every_kind_of_view_is_what_the_library_says_frame_by_frame() {
         assert_eq!(producer.frame(&cloud), u64::from(frame));
         for consumer in &mut consumers {
             if frame == 1 {
-                consumer.is_shown(Cause::Start);
+                consumer.expect_snapshot(Cause::Start);
             } else {
-                consumer.is_told_of(frame.into());
+                consumer.expect_diff(frame.into());
             }
             reference.is_seen_by(&consumer.mirror);
         }
@@ -162,12 +162,12 @@ fn a_frame_is_computed_once_for_everybody_and_not_at_all_for_nobody() {
     assert_eq!(daemon.stream("cam").computed, 0, "nobody looks");
     let mut consumers: Vec<Consumer> = (0..20).map(|number| daemon.consumer("cam", VIEWS[number % 5])).collect();
     for consumer in &mut consumers {
-        consumer.is_shown(Cause::Start);
+        consumer.expect_snapshot(Cause::Start);
     }
     for _ in 0..10 {
         let frame = producer.frame(&points(&mut random, 20));
         for consumer in &mut consumers {
-            consumer.is_told_of(frame);
+            consumer.expect_diff(frame);
         }
     }
     let stream = daemon.stream("cam");
@@ -203,15 +203,15 @@ fn dots_are_the_most_persistent_ones_and_come_when_they_change() {
     // Nothing changes: no dots. Other dots are wanted: they come after the snapshot.
     producer.frame(&[]);
     for (most, mut consumer) in consumers {
-        consumer.is_told_of(16);
-        assert_eq!(consumer.client.settle(), []);
+        consumer.expect_diff(16);
+        assert_eq!(consumer.client.drain(), []);
         let (view, dots) = (FULL, if most == 3 { DotsWanted::Top(1) } else { DotsWanted::No });
         consumer.client.send(Consumer::CHANNEL, ChangeView { view, dots });
-        consumer.is_shown(Cause::ViewChanged);
+        consumer.expect_snapshot(Cause::ViewChanged);
         if most == 3 {
             assert!(matches!(consumer.next(), Message::Dots(dots) if dots.dots == reference.dots(1).1));
         }
-        assert_eq!(consumer.client.settle(), []);
+        assert_eq!(consumer.client.drain(), []);
     }
     daemon.stop();
 }
@@ -223,11 +223,11 @@ fn dots_come_once_even_if_there_are_none() {
     let wanted = Subscribe { dots: DotsWanted::All, ..subscribe("cam", FULL) };
     let mut consumer = Consumer::subscribe(daemon.client(), wanted);
     producer.frame(&[(0.0, 0.0)]);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     assert!(matches!(consumer.next(), Message::Dots(dots) if dots.total == 0 && dots.frame == 1));
     producer.frame(&[(1.0, 0.0)]);
-    consumer.is_told_of(2);
-    assert_eq!(consumer.client.settle(), []);
+    consumer.expect_diff(2);
+    assert_eq!(consumer.client.drain(), []);
     daemon.stop();
 }
 
@@ -251,6 +251,6 @@ fn views_that_make_no_sense_are_refused() {
         assert_eq!(consumer.client.is_refused(Consumer::CHANNEL, change), ErrorCode::BadOptions as u16, "{view:?}");
     }
     daemon.producer("cam").frame(&[(0.0, 0.0)]);
-    assert_eq!(consumer.is_shown(Cause::Start), 1, "the subscription goes on");
+    assert_eq!(consumer.expect_snapshot(Cause::Start), 1, "the subscription goes on");
     daemon.stop();
 }

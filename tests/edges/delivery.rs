@@ -24,7 +24,7 @@ fn take_all(peer: &mut Peer, channel: u32) -> Vec<String> {
             }
             Message::Close(Close { end: false }) => {
                 peer.send(channel, Closed { frame });
-                assert_eq!(peer.parts(), "that is all");
+                assert_eq!(peer.expect_goodbye(), "that is all");
                 return taken;
             }
             other => panic!("{other:?}"),

@@ -8,8 +8,8 @@ use rustix::process::Signal;
 use serde_json::json;
 
 use crate::common::fake_daemon::{FakeDaemon, Peer, welcome};
+use crate::common::growing_stream::{frames, recording};
 use crate::common::process::{Hopes, hopes};
-use crate::common::scene::{frames, recording};
 use crate::replay::{at_once, messages};
 
 fn feed(daemon: &FakeDaemon, arguments: &str) -> Hopes {
@@ -32,7 +32,7 @@ fn take_all(peer: &mut Peer, channel: u32) -> Vec<Message> {
             }
             Message::Close(Close { end: false }) => {
                 peer.send(channel, Closed { frame });
-                assert_eq!(peer.parts(), "that is all");
+                assert_eq!(peer.expect_goodbye(), "that is all");
                 return taken;
             }
             other => panic!("{other:?}"),
@@ -137,7 +137,7 @@ fn input_that_cannot_be_read_fails() {
         client.take_stdin().write_all(input).unwrap();
         let mut peer = daemon.greet();
         peer.open(5000);
-        peer.parts();
+        peer.expect_goodbye();
         client.finish().fails(1, words);
     };
     fails("--input bin", b"1,2\n", &["cannot read the input", "not written by hopes"]);
@@ -197,7 +197,7 @@ fn what_is_refused_is_told_with_its_line() {
     peer.send(channel, Overloaded { sequence: 2, points: 0, total: 0, policy: Policy::DropNewest });
     assert!(matches!(peer.next(), Some((_, Message::Close(_)))));
     peer.send(channel, Closed { frame: 12 });
-    peer.parts();
+    peer.expect_goodbye();
     let finished = client.finish();
     assert_eq!(finished.code, Some(0));
     for words in [
@@ -211,11 +211,11 @@ fn what_is_refused_is_told_with_its_line() {
     let (mut client, mut peer, channel) = refuse("--strict");
     client.say("1,2\n3,4\n5,6\n");
     answer(&mut peer, channel);
-    peer.parts();
+    peer.expect_goodbye();
     client.ends().fails(3, &["line 2, point (3, 4): is too far away (--strict stops here)"]);
     let (mut client, mut peer, _) = refuse("--strict");
     client.say("1,x\n");
-    peer.parts();
+    peer.expect_goodbye();
     client.ends().fails(3, &["line 1", "--strict stops here"]);
 }
 
@@ -233,7 +233,7 @@ fn what_is_dropped_is_counted() {
     peer.send(channel, Overloaded { sequence: 0, points: 2, total: 2, policy: Policy::DropOldest });
     assert!(matches!(peer.next(), Some((_, Message::Close(_)))));
     peer.send(channel, Closed { frame: 1 });
-    peer.parts();
+    peer.expect_goodbye();
     let finished = client.finish();
     assert!(finished.code == Some(0) && finished.err.contains("drops the oldest points"), "{}", finished.err);
     assert!(finished.err.contains("0 points accepted, 0 refused, 2 dropped; 1 frames"), "{}", finished.err);
@@ -252,7 +252,7 @@ fn only_so_many_messages_are_under_way() {
         waiting.push(message);
     }
     assert_eq!(waiting.len(), 64);
-    peer.pings(5);
+    peer.ping_and_wait(5);
     for (sequence, message) in (0..).zip(&waiting) {
         match message {
             Message::Batch(_) => peer.send(channel, Accepted { sequence, points: 1, placed: Vec::new() }),
@@ -332,7 +332,7 @@ fn a_signal_finishes_what_is_in_hand() {
     peer.send(channel, Committed { sequence: 1, frame: 5 });
     assert_eq!(peer.next(), Some((channel, Close { end: false }.into())));
     peer.send(channel, Closed { frame: 5 });
-    peer.parts();
+    peer.expect_goodbye();
     let finished = client.ends();
     assert_eq!(finished.code, Some(0), "{}", finished.err);
     assert!(finished.err.contains("1 points accepted, 0 refused, 0 dropped; 1 frames, the last is 5"));
@@ -369,7 +369,7 @@ fn a_file_is_fed_over_and_over_at_its_pace() {
     let client = hopes("feed").with(&file).and("--loop --to").with(daemon.address()).start();
     let mut peer = daemon.greet();
     peer.open(5000);
-    peer.parts();
+    peer.expect_goodbye();
     client.finish().fails(1, &["nothing to loop over"]);
 }
 

@@ -6,15 +6,15 @@ use hopes_protocol::*;
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
+use crate::common::growing_stream::{GrowingStream, frames, recording};
 use crate::common::mirror::Mirror as LineMirror;
 use crate::common::process::{Finished, hopes};
-use crate::common::scene::{Scene, frames, recording};
 
 pub const AT_ONCE: Duration = Duration::ZERO;
 
 /// What a daemon sends for four frames.
 pub fn messages() -> Vec<Message> {
-    let mut scene = Scene::new(3);
+    let mut scene = GrowingStream::new(3);
     let mut messages = vec![scene.opened("cam", 7), scene.snapshot(Cause::Start), scene.diff()];
     messages.push(scene.dots());
     scene.diff();
@@ -117,7 +117,7 @@ fn the_pace_is_the_recorded_one_or_another() {
 
 #[test]
 fn a_recording_that_is_cut_off_is_played_up_to_there() {
-    let mut scene = Scene::new(1);
+    let mut scene = GrowingStream::new(1);
     let parts = [scene.opened("s", 1), scene.snapshot(Cause::Start), scene.diff()];
     let bytes = recording(&at_once(&parts));
     let ends: Vec<usize> = (1..=parts.len()).map(|count| recording(&at_once(&parts[..count])).len()).collect();
@@ -162,14 +162,16 @@ fn what_is_no_recording_is_refused() {
     replay("", other_version).fails(1, &["damaged at byte 20", "version 2"]);
     replay("", frames(&[Commit { sequence: 1, time: None }.into()])).fails(1, &["byte 20", "hopes feed --input bin"]);
     replay("", frames(&[Ping { token: 1 }.into()])).fails(1, &["at byte 20", "no place"]);
-    replay("", frames(&[Scene::new(1).dots()])).fails(1, &["at byte 20", "no stream number 1"]);
+    replay("", frames(&[GrowingStream::new(1).dots()])).fails(1, &["at byte 20", "no stream number 1"]);
 }
 
 #[test]
 fn a_body_that_announces_more_than_there_is_takes_no_memory() {
     // A snapshot whose list of vertices is said to have 2^60 elements.
-    let Message::Snapshot(snapshot) = Scene::new(1).snapshot(Cause::Start) else { panic!("the scene has changed") };
-    let mut opened = frames(&[Scene::new(1).opened("s", 1)]);
+    let Message::Snapshot(snapshot) = GrowingStream::new(1).snapshot(Cause::Start) else {
+        panic!("the scene has changed")
+    };
+    let mut opened = frames(&[GrowingStream::new(1).opened("s", 1)]);
     let whole = encode(VERSION, 1, &Snapshot { vertices: Vec::new(), ..snapshot }.into()).unwrap();
     let body = &whole[HEADER..whole.len() - 4];
     // The three empty lists, and a checksum of nine bytes.
@@ -192,7 +194,7 @@ fn crc32c(bytes: &[u8]) -> u32 {
 
 #[test]
 fn a_recording_that_does_not_lead_on_is_damaged() {
-    let mut scene = Scene::new(1);
+    let mut scene = GrowingStream::new(1);
     let mut messages = vec![scene.opened("s", 1), scene.snapshot(Cause::Start)];
     scene.diff();
     messages.push(scene.diff());

@@ -4,8 +4,8 @@ use hopes_protocol::{Cut, Snapshot};
 use serde_json::{Value, json};
 
 use super::page::Page;
+use crate::common::peers::{FULL, assert_clean_exit, open};
 use crate::common::process::{eventually, hopes};
-use crate::common::roles::{FULL, is_fine, open};
 
 /// A square with a point in the middle of nothing.
 const SQUARE: [(f64, f64); 5] = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.5), (0.0, 4.25), (20.0, 2.0)];
@@ -229,7 +229,7 @@ fn questions_that_make_no_sense_say_why() {
     page.get(&path("%C3", "")).is_refused(400, "UTF-8");
     page.get(&path("dog", "")).is_refused(404, "no stream \"dog\"");
     let empty = hopes_protocol::Open { ..open("empty") };
-    let _producer = crate::common::roles::Producer::open(page.daemon.client(), empty);
+    let _producer = crate::common::peers::Producer::open(page.daemon.client(), empty);
     page.get(&path("empty", "")).is_refused(404, "no frame yet");
     page.daemon.stop();
 }
@@ -267,6 +267,6 @@ fn stdin_is_shown_without_any_other_socket() {
     });
     assert_eq!(shown["points"], 3);
     running.signal(rustix::process::Signal::TERM);
-    let finished = is_fine(running.finish());
+    let finished = assert_clean_exit(running.finish());
     assert!(finished.out.is_empty(), "nobody has asked for --output");
 }

@@ -8,21 +8,21 @@ use hopes_protocol::*;
 
 use super::page::{Page, Visitor};
 use crate::common::client::{Socket, bytes, hello};
+use crate::common::peers::{Consumer, FULL, Producer, ProducerAndConsumer, held, open, points, subscribe};
 use crate::common::process::eventually;
 use crate::common::random::Random;
-use crate::common::roles::{Consumer, FULL, Pair, Producer, held, open, points, subscribe};
 
 #[test]
 fn a_thousand_idle_connections_are_harmless() {
     let page = Page::start("");
-    let mut pair = Pair::new(&page.daemon, "cam");
+    let mut pair = ProducerAndConsumer::new(&page.daemon, "cam");
     let address = format!("127.0.0.1:{}", page.port());
     let mut idle: Vec<TcpStream> = (0..1000).map(|_| TcpStream::connect(&address).unwrap()).collect();
     // One says a little, which is worth no more.
     idle[0].write_all(b"GET / HT").unwrap();
     pair.step();
     let mut late = Consumer::subscribe(page.daemon.client(), subscribe("cam", FULL));
-    late.is_shown(Cause::Start);
+    late.expect_snapshot(Cause::Start);
     assert_eq!(late.mirror.number(), pair.consumer.mirror.number());
     // Who is one too many is told so, and the others are sent away in time.
     let turned_away = idle.split_off(300);
@@ -114,11 +114,11 @@ fn who_does_not_read_an_answer_is_cut_off() {
 #[test]
 fn a_websocket_that_never_reads_is_cut_off_and_holds_nobody_up() {
     let page = Page::start("--timeout 4s --heartbeat 500ms");
-    let mut silent = page.guest();
+    let mut silent = page.web_client();
     silent.send(1, subscribe("cam", FULL));
     let mut random = Random::new(5);
     let mut producer = Producer::open(page.daemon.client(), Open { window: Some(Window::Frames(1)), ..open("cam") });
-    let mut beside = page.guest_consumer("cam");
+    let mut beside = page.web_consumer("cam");
     let begun = Instant::now();
     let mut frame = 0;
     while page.daemon.stream("cam").info.consumers == 2 || frame == 0 {
@@ -139,9 +139,9 @@ fn a_tab_that_has_slept_is_told_what_it_missed_and_goes_on() {
     let mut random = Random::new(6);
     let mut producer = Producer::open(page.daemon.client(), Open { window: Some(Window::Frames(1)), ..open("cam") });
     let mut last = producer.frame(&points(&mut random, 12_000));
-    let (mut asleep, mut awake) = (page.guest_consumer("cam"), page.guest_consumer("cam"));
-    asleep.is_shown(Cause::Start);
-    awake.is_shown(Cause::Start);
+    let (mut asleep, mut awake) = (page.web_consumer("cam"), page.web_consumer("cam"));
+    asleep.expect_snapshot(Cause::Start);
+    awake.expect_snapshot(Cause::Start);
     // More than sockets hold.
     for _ in 0..40 {
         last = producer.frame(&points(&mut random, 12_000));
@@ -163,11 +163,11 @@ fn a_tab_that_has_slept_is_told_what_it_missed_and_goes_on() {
 #[test]
 fn noise_in_a_websocket_ends_that_one_only() {
     let page = Page::start("");
-    let mut pair = Pair::new(&page.daemon, "cam");
+    let mut pair = ProducerAndConsumer::new(&page.daemon, "cam");
     let mut random = Random::new(11);
     for round in 0..40 {
-        let guest = page.guest();
-        let Socket::Web(mut web) = guest.socket else { panic!("a guest comes by WebSocket") };
+        let web_client = page.web_client();
+        let Socket::Web(mut web) = web_client.socket else { panic!("a web_client comes by WebSocket") };
         let noise: Vec<u8> = (0..300).map(|_| random.below(256) as u8).collect();
         let below = web.socket.get_mut();
         // The daemon may hang up in the middle of it.
@@ -190,14 +190,14 @@ fn frames_that_break_the_rules_end_with_the_reason() {
         (&[0x82, 0x01, b'x'], 1002, "not masked"),
         (&[0x80, 0x80, 0, 0, 0, 0], 1002, "out of order"),
     ] {
-        let mut guest = page.guest();
-        let Socket::Web(web) = &mut guest.socket else { panic!("a guest comes by WebSocket") };
+        let mut web_client = page.web_client();
+        let Socket::Web(web) = &mut web_client.socket else { panic!("a web_client comes by WebSocket") };
         web.socket.get_mut().write_all(frame).unwrap();
-        let rest = guest.rest();
+        let rest = web_client.rest();
         let [(0, Message::Error(report)), (0, Message::Goodbye(_))] = &rest[..] else { panic!("{rest:?}") };
         assert_eq!(report.code, ErrorCode::BadFrame as u16);
         assert!(report.text.contains(words), "{report:?}");
-        let Socket::Web(web) = &guest.socket else { panic!("it still does") };
+        let Socket::Web(web) = &web_client.socket else { panic!("it still does") };
         assert_eq!(web.closed, Some(code));
     }
     page.daemon.stop();
@@ -206,8 +206,8 @@ fn frames_that_break_the_rules_end_with_the_reason() {
 #[test]
 fn who_is_one_peer_too_many_is_told_so() {
     let page = Page::start("--max-connections 2");
-    let (_first, _second) = (page.guest(), page.guest());
-    let mut third = crate::common::client::Client::silent(&format!("ws:{}", page.host));
+    let (_first, _second) = (page.web_client(), page.web_client());
+    let mut third = crate::common::client::Client::without_banner(&format!("ws:{}", page.host));
     assert_eq!(third.banner(), Banner::OURS);
     let rest = third.rest();
     let [(0, Message::Error(report))] = &rest[..] else { panic!("{rest:?}") };

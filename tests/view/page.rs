@@ -9,10 +9,10 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use crate::common::client::Client;
-use crate::common::roles::{Consumer, Daemon, FULL, subscribe};
+use crate::common::peers::{Consumer, Daemon, FULL, subscribe};
 
 /// How long an answer may take, on a slow and busy machine.
-const PATIENCE: Duration = Duration::from_secs(100);
+const TIMEOUT: Duration = Duration::from_secs(100);
 
 /// A daemon on a socket, with a page.
 pub struct Page {
@@ -65,13 +65,13 @@ impl Page {
     }
 
     /// A consumer who has come by the page.
-    pub fn guest_consumer(&self, stream: &str) -> Consumer {
-        Consumer::subscribe(self.guest(), subscribe(stream, FULL))
+    pub fn web_consumer(&self, stream: &str) -> Consumer {
+        Consumer::subscribe(self.web_client(), subscribe(stream, FULL))
     }
 
     /// A peer of the daemon who has come by the page.
-    pub fn guest(&self) -> Client {
-        Client::greeted(&format!("ws:{}", self.host))
+    pub fn web_client(&self) -> Client {
+        Client::with_hello(&format!("ws:{}", self.host))
     }
 }
 
@@ -81,8 +81,8 @@ pub struct Visitor(pub TcpStream);
 impl Visitor {
     pub fn at(host: &str) -> Self {
         let stream = TcpStream::connect(host).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        stream.set_write_timeout(Some(PATIENCE)).unwrap();
+        stream.set_read_timeout(Some(TIMEOUT)).unwrap();
+        stream.set_write_timeout(Some(TIMEOUT)).unwrap();
         Self(stream)
     }
 

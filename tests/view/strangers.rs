@@ -3,8 +3,8 @@
 use rustix::process::Signal;
 
 use super::page::{Page, Reply, Visitor, listening_page};
+use crate::common::peers::assert_clean_exit;
 use crate::common::process::hopes;
-use crate::common::roles::is_fine;
 
 fn asks(page: &Page, path: &str, fields: &str) -> Reply {
     page.ask(&format!("GET {path} HTTP/1.1\r\n{fields}\r\n"))
@@ -147,7 +147,7 @@ fn other_machines_may_come_only_if_they_are_let() {
             .map(|name| ask(&name.replace("PORT", port)));
     assert_eq!(found, [200, 200, 200, 200, 421, 421, 421]);
     running.signal(Signal::TERM);
-    is_fine(running.ends());
+    assert_clean_exit(running.ends());
 }
 
 #[test]
