@@ -1,4 +1,5 @@
-//! The daemon's own end: what was taken in is finished and delivered, everybody is told, and nothing is left behind.
+//! The shutdown of the daemon: accepted points are committed and delivered, every peer is notified, and nothing is left
+//! behind.
 
 use hopes_protocol::*;
 use rustix::process::Signal;
@@ -7,7 +8,7 @@ use crate::common::client::Client;
 use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, Producer, assert_clean_exit, open, points, subscribe};
 use crate::common::random::Random;
 
-/// The last words on a connection: all streams with their last frames.
+/// The `Goodbye` of a connection: all streams with their last frames.
 fn goodbye(message: Option<&(u32, Message)>) -> &[(String, u64)] {
     match message {
         Some((0, Message::Goodbye(goodbye))) => &goodbye.streams,
@@ -16,7 +17,7 @@ fn goodbye(message: Option<&(u32, Message)>) -> &[(String, u64)] {
 }
 
 #[test]
-fn a_signal_ends_it_in_good_order() {
+fn a_signal_ends_the_daemon_cleanly() {
     for signal in [Signal::TERM, Signal::INT] {
         let daemon = Daemon::start("--listen tcp:127.0.0.1:0");
         let mut producer = daemon.producer("cam");
@@ -26,7 +27,7 @@ fn a_signal_ends_it_in_good_order() {
         silent.banner();
         producer.frame(&[(0.0, 0.0)]);
         consumer.expect_snapshot(Cause::Start);
-        // Taken in, and not committed.
+        // Accepted, and not committed.
         let batch = producer.batch(&[(1.0, 0.0)]);
         producer.is_accepted(batch, 1);
         daemon.running.signal(signal);
@@ -48,7 +49,7 @@ fn a_signal_ends_it_in_good_order() {
 }
 
 #[test]
-fn what_was_taken_in_before_is_committed_and_delivered() {
+fn accepted_points_are_committed_and_delivered() {
     let daemon = Daemon::start("");
     let mut random = Random::new(60);
     let mut producer = Producer::open(daemon.client(), Open { window: Some(Window::Points(3000)), ..open("cam") });
@@ -60,7 +61,7 @@ fn what_was_taken_in_before_is_committed_and_delivered() {
         producer.commit();
     }
     producer.batch(&points(&mut random, 10));
-    // All of it is in the stream's hands, and most of it is still to be done.
+    // The stream has accepted all of it, and most of it is still to be computed.
     producer.client.ping();
     daemon.running.signal(Signal::TERM);
     for consumer in [&mut consumer, &mut full] {
@@ -93,7 +94,7 @@ fn a_consumer_that_is_behind_still_gets_the_last_frame() {
             producer.frame(&points(&mut random, 1500));
         }
         daemon.running.signal(Signal::TERM);
-        // Its stream is over before it reads on.
+        // The stream has ended before the consumer reads on.
         daemon.running.until_log("stopped after frame 15");
         let last = loop {
             if let Message::StreamClosed(closed) = slow.next() {
@@ -106,8 +107,8 @@ fn a_consumer_that_is_behind_still_gets_the_last_frame() {
     }
 }
 
-/// A daemon with a peer that does not read what it is sent: more than sockets hold.
-fn with_somebody_who_does_not_read() -> (Daemon, Consumer) {
+/// A daemon with a consumer that does not read. More is sent to it than sockets hold.
+fn with_a_consumer_that_does_not_read() -> (Daemon, Consumer) {
     let daemon = Daemon::start("");
     let mut random = Random::new(62);
     let mut producer = Producer::open(daemon.client(), Open { window: Some(Window::Frames(1)), ..open("cam") });
@@ -119,9 +120,9 @@ fn with_somebody_who_does_not_read() -> (Daemon, Consumer) {
 }
 
 #[test]
-fn a_second_signal_ends_it_at_once() {
+fn a_second_signal_ends_the_daemon_at_once() {
     for (first, second, code) in [(Signal::TERM, Signal::TERM, 143), (Signal::TERM, Signal::INT, 130)] {
-        let (mut daemon, _stubborn) = with_somebody_who_does_not_read();
+        let (mut daemon, _stubborn) = with_a_consumer_that_does_not_read();
         daemon.running.signal(first);
         daemon.running.until_log("SIGTERM: stream \"cam\" stopped after frame 10");
         daemon.running.signal(second);
@@ -130,8 +131,8 @@ fn a_second_signal_ends_it_at_once() {
 }
 
 #[test]
-fn who_does_not_read_does_not_keep_it_for_ever() {
-    let (daemon, _stubborn) = with_somebody_who_does_not_read();
+fn a_peer_that_does_not_read_does_not_delay_the_end_for_ever() {
+    let (daemon, _stubborn) = with_a_consumer_that_does_not_read();
     let client = daemon.client();
     daemon.stop();
     drop(client);

@@ -1,6 +1,7 @@
-//! A client of version 1 that is made of nothing but the frozen vectors, whatever the daemon speaks besides.
+//! A client of version 1 that is made only of frozen vectors, whatever other versions the daemon supports.
 //!
-//! In: `protocol/vectors/v1`. Out: a conversation. Invariants: every body that the client sends is a frozen one; every frame that it gets is one of version 1.
+//! In: `protocol/vectors/v1`. Out: a dialogue. Invariants: every body that the client sends is a frozen one. Every
+//! frame that it receives is of version 1.
 
 use std::path::Path;
 
@@ -20,7 +21,7 @@ fn frozen(name: &str) -> Vec<u8> {
     digits.chunks(2).map(byte).collect()
 }
 
-/// The same on another channel: vectors stand for themselves, and each has a channel of its own.
+/// The same on another channel. Each vector has a channel of its own.
 fn frozen_on(channel: u32, name: &str) -> Vec<u8> {
     let frame = frozen(name);
     let kind = u16::from_le_bytes([frame[6], frame[7]]);
@@ -44,7 +45,7 @@ fn a_client_of_version_1_is_served() {
     client.write(&frozen("subscribe"));
     assert!(matches!(client.receive_on(11), Message::StreamOpened(opened) if opened.name == "scan"));
 
-    // Its third point is out of range.
+    // The third point is out of range.
     client.write(&frozen_on(1, "batch"));
     assert!(matches!(client.receive_on(1), Message::Refused(refused) if (refused.accepted, refused.refused) == (2, 1)));
     client.write(&frozen_on(1, "commit"));

@@ -1,4 +1,4 @@
-//! Consumers that come late, look at something else, go, and come back: no frame is missing, none comes twice.
+//! Consumers that join late, change their view, leave, and resume: no frame is missing, and none is sent twice.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -8,7 +8,7 @@ use hopes_protocol::*;
 use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, Producer, held, open, points, subscribe};
 use crate::common::random::Random;
 
-/// Runs something while a producer commits frame after frame. The last one's number.
+/// Runs something while a producer commits frame after frame. Returns the number of the last frame.
 fn while_frames_come(producer: &mut Producer, run: impl FnOnce()) -> u64 {
     let is_over = AtomicBool::new(false);
     thread::scope(|scope| {
@@ -21,17 +21,17 @@ fn while_frames_come(producer: &mut Producer, run: impl FnOnce()) -> u64 {
                 }
             }
         });
-        // Whatever comes of it, the producer ends.
-        let over = Sets(&is_over);
+        // The producer ends even if `run` panics.
+        let over = SetOnDrop(&is_over);
         run();
         drop(over);
         frames.join().unwrap()
     })
 }
 
-struct Sets<'a>(&'a AtomicBool);
+struct SetOnDrop<'a>(&'a AtomicBool);
 
-impl Drop for Sets<'_> {
+impl Drop for SetOnDrop<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -45,13 +45,13 @@ fn resume(daemon: &Daemon, view: View, resume: Resume) -> Consumer {
     Consumer::subscribe(daemon.client(), Subscribe { resume: Some(resume), ..subscribe("cam", view) })
 }
 
-/// A consumer that has lost its connection.
+/// A consumer whose connection is lost: its resume position and its mirror.
 fn lost(consumer: Consumer) -> (Resume, Mirror) {
     (Resume { epoch: consumer.opened.epoch, frame: consumer.mirror.number() }, consumer.mirror)
 }
 
 #[test]
-fn who_comes_late_gets_a_snapshot_and_then_every_frame() {
+fn a_late_consumer_gets_a_snapshot_and_then_every_frame() {
     let daemon = Daemon::start("");
     let mut producer = windowed(&daemon);
     producer.frame(&[(0.0, 0.0)]);
@@ -74,7 +74,7 @@ fn who_comes_late_gets_a_snapshot_and_then_every_frame() {
 }
 
 impl Consumer {
-    /// What it is shown first.
+    /// The first snapshot.
     fn snapshot(mut self) -> Mirror {
         self.expect_snapshot(Cause::Start);
         self.mirror
@@ -82,7 +82,7 @@ impl Consumer {
 }
 
 #[test]
-fn after_a_change_of_view_comes_a_snapshot_and_nothing_of_the_old_view() {
+fn after_a_change_of_view_a_snapshot_comes_and_nothing_of_the_old_view() {
     let daemon = Daemon::start("");
     let mut producer = windowed(&daemon);
     producer.frame(&[(0.0, 0.0)]);
@@ -108,7 +108,7 @@ fn after_a_change_of_view_comes_a_snapshot_and_nothing_of_the_old_view() {
     });
     consumer.expect_diffs_to(last);
     assert_eq!(held(&consumer.mirror), held(&daemon.consumer("cam", DERIVED).snapshot()));
-    // All streams of a subscription change, and those that come later are seen so too.
+    // The view of all streams of a subscription changes, and streams that open later have the new view too.
     let mut many = daemon.consumer("*", FULL);
     many.expect_snapshot(Cause::Start);
     many.client.send(Consumer::CHANNEL, ChangeView { view: DERIVED, dots: DotsWanted::No });
@@ -142,7 +142,7 @@ fn nothing_comes_after_unsubscribed() {
 }
 
 #[test]
-fn who_comes_back_goes_on_from_the_frame_that_they_have() {
+fn a_consumer_resumes_from_its_last_frame() {
     let daemon = Daemon::start("");
     let mut random = Random::new(31);
     let mut producer = windowed(&daemon);
@@ -167,7 +167,7 @@ fn who_comes_back_goes_on_from_the_frame_that_they_have() {
 }
 
 #[test]
-fn who_comes_back_to_something_else_gets_a_snapshot() {
+fn a_consumer_that_cannot_resume_gets_a_snapshot() {
     let daemon = Daemon::start("--history 64KiB");
     let mut random = Random::new(32);
     let mut producer = windowed(&daemon);
@@ -187,7 +187,7 @@ fn who_comes_back_to_something_else_gets_a_snapshot() {
     let mut back = resume(&daemon, FULL, from);
     assert!(matches!(back.next(), Message::Resumed(_)), "this one is known still");
     drop(back);
-    // Each of these takes some 60 KiB.
+    // Each of these frames takes some 60 KiB.
     let last = (0..5).map(|_| producer.frame(&points(&mut random, 300))).last().unwrap();
     assert_eq!(gone(FULL, from), last, "too long ago");
     producer.close(true);

@@ -1,4 +1,4 @@
-//! Places to listen at: whose socket is replaced and whose is not, who may come in.
+//! Listening addresses: which sockets are replaced, and who may connect.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -13,7 +13,7 @@ use crate::common::peers::{
 use crate::common::process::hopes;
 
 #[test]
-fn the_socket_is_for_its_owner_alone() {
+fn only_the_owner_may_use_the_socket() {
     let daemon = Daemon::start("");
     assert_eq!(fs::metadata(daemon.socket()).unwrap().permissions().mode() & 0o777, 0o600);
     let beside = fs::read_dir(daemon.folder.path()).unwrap().count();
@@ -38,7 +38,7 @@ fn the_socket_of_a_daemon_that_was_killed_is_replaced() {
 }
 
 #[test]
-fn a_daemon_that_lives_is_left_alone() {
+fn the_socket_of_a_running_daemon_is_not_replaced() {
     let daemon = Daemon::start("");
     let mut client = daemon.client();
     serve_at(&daemon.socket()).runs().fails(1, &["another daemon is listening at", &daemon.address]);
@@ -52,7 +52,7 @@ fn a_daemon_that_lives_is_left_alone() {
 }
 
 #[test]
-fn a_file_is_no_socket() {
+fn a_file_is_not_replaced_by_a_socket() {
     let folder = tempfile::tempdir().unwrap();
     let path = socket_in(&folder);
     fs::write(&path, "precious").unwrap();
@@ -60,13 +60,13 @@ fn a_file_is_no_socket() {
     assert_eq!(fs::read_to_string(&path).unwrap(), "precious");
     let nowhere = folder.path().join("no/such/folder");
     serve_at(&nowhere).runs().fails(1, &["cannot listen at", "no/such/folder"]);
-    // A second place that cannot be does not leave the first one behind.
+    // If a second address fails, the socket of the first one is removed.
     let first = folder.path().join("first");
     serve_at(&first).with("--listen").with(format!("unix:{}", path.display())).runs().fails(1, &["no socket"]);
 }
 
 #[test]
-fn a_socket_that_is_somebody_elses_by_now_is_not_removed() {
+fn a_socket_that_another_process_has_replaced_is_not_removed() {
     let folder = tempfile::tempdir().unwrap();
     let path = socket_in(&folder);
     let mut first = serve_at(&path).start();
@@ -83,7 +83,7 @@ fn a_socket_that_is_somebody_elses_by_now_is_not_removed() {
 }
 
 #[test]
-fn other_machines_may_come_only_if_they_are_let() {
+fn other_machines_need_permission() {
     for place in ["tcp:0.0.0.0:0", "tcp:[::]:0"] {
         let serve = hopes("serve --listen").with(place);
         serve.runs().fails(1, &["can be reached from other machines", "--allow-remote", place]);
@@ -97,7 +97,7 @@ fn other_machines_may_come_only_if_they_are_let() {
 }
 
 #[test]
-fn what_makes_no_sense_is_wrong_usage() {
+fn invalid_arguments_are_wrong_usage() {
     for (arguments, words) in [
         ("serve --listen nowhere", "is no address: write unix:PATH"),
         ("serve --listen tcp:127.0.0.1", "is no address"),
@@ -116,7 +116,7 @@ fn what_makes_no_sense_is_wrong_usage() {
 }
 
 #[test]
-fn many_places_lead_to_the_same_streams() {
+fn all_addresses_serve_the_same_streams() {
     let mut daemon = Daemon::start("--listen tcp:127.0.0.1:0 --listen tcp:[::1]:0");
     let mut addresses = vec![daemon.address.clone()];
     addresses.extend((0..2).map(|_| listening(&mut daemon.running)));

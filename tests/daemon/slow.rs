@@ -1,4 +1,4 @@
-//! Peers that do not read: frames are merged for them or replaced by snapshots, and nobody else waits.
+//! Peers that do not read: frames are merged for them or replaced by snapshots, and no other peer waits.
 
 use std::time::Duration;
 
@@ -9,14 +9,14 @@ use crate::common::peers::{Consumer, Daemon, FULL, Point, Producer, ProducerAndC
 use crate::common::process::{eventually, settled};
 use crate::common::random::Random;
 
-/// Points that stay, and those that are replaced each frame: diffs are some 100 KiB and a snapshot is more.
+/// Points that stay, and points that are replaced in each frame. A diff has some 100 KiB, a snapshot has more.
 const STAY: usize = 6000;
 const MOVE: usize = 1000;
 
-/// More than sockets hold.
+/// More frames than sockets hold.
 const FRAMES: u64 = 20;
 
-/// A stream in which a part of the points moves each frame.
+/// A stream in which some points move in each frame.
 struct Moving {
     producer: Producer,
     random: Random,
@@ -41,8 +41,8 @@ impl Moving {
     }
 }
 
-/// A consumer that reads nothing while many frames come, which another one, who reads, gets one by one.
-fn behind(daemon: &Daemon) -> (Consumer, Moving, Mirror) {
+/// A consumer that reads nothing while many frames are sent. Another consumer reads each of them.
+fn lagging(daemon: &Daemon) -> (Consumer, Moving, Mirror) {
     let mut moving = Moving::new(daemon);
     let (mut slow, mut fast) = (daemon.consumer("cam", FULL), daemon.consumer("cam", FULL));
     slow.expect_snapshot(Cause::Start);
@@ -54,7 +54,8 @@ fn behind(daemon: &Daemon) -> (Consumer, Moving, Mirror) {
     (slow, moving, fast.mirror)
 }
 
-/// Every frame is either sent singly or told of by `Lagged`, whose numbers lead to the frame that comes next. How often that was.
+/// Every frame is either sent or covered by a `Lagged`, whose range ends at the frame that follows it. Returns those
+/// messages.
 fn lags(slow: &mut Consumer, last: u64) -> Vec<Message> {
     let mut after_lag = Vec::new();
     while slow.mirror.number() < last {
@@ -67,7 +68,7 @@ fn lags(slow: &mut Consumer, last: u64) -> Vec<Message> {
                 after_lag.push(next);
             }
             Message::Diff(diff) => assert_eq!((diff.from, diff.frame.number), (had, had + 1)),
-            // Nothing is left out by a snapshot of the next frame.
+            // A snapshot of the next frame skips nothing.
             Message::Snapshot(shown) => assert_eq!((shown.cause, shown.frame.number), (Cause::Lagged, had + 1)),
             other => panic!("{}", brief(&other)),
         }
@@ -78,7 +79,7 @@ fn lags(slow: &mut Consumer, last: u64) -> Vec<Message> {
 #[test]
 fn frames_are_merged_for_a_consumer_that_does_not_read() {
     let daemon = Daemon::start("--consumer-queue 64KiB");
-    let (mut slow, mut moving, fast) = behind(&daemon);
+    let (mut slow, mut moving, fast) = lagging(&daemon);
     let merged = lags(&mut slow, FRAMES + 1);
     let [Message::Diff(diff)] = &merged[..] else { panic!("{} times", merged.len()) };
     assert!(diff.frame.number - diff.from > FRAMES / 2, "{} to {}", diff.from, diff.frame.number);
@@ -90,9 +91,9 @@ fn frames_are_merged_for_a_consumer_that_does_not_read() {
 }
 
 #[test]
-fn a_snapshot_replaces_frames_that_are_forgotten() {
+fn a_snapshot_replaces_frames_that_the_log_no_longer_has() {
     let daemon = Daemon::start("--consumer-queue 64KiB --history 64KiB");
-    let (mut slow, mut moving, fast) = behind(&daemon);
+    let (mut slow, mut moving, fast) = lagging(&daemon);
     let replaced = lags(&mut slow, FRAMES + 1);
     let [Message::Snapshot(snapshot)] = &replaced[..] else { panic!("{} times", replaced.len()) };
     assert_eq!((snapshot.cause, snapshot.frame.number), (Cause::Lagged, FRAMES + 1));
@@ -121,7 +122,7 @@ fn a_snapshot_replaces_merged_frames_where_it_is_smaller() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn many_who_do_not_read_take_no_memory() {
+fn many_consumers_that_do_not_read_take_no_memory() {
     let daemon = Daemon::start("--consumer-queue 64KiB --history 1MiB");
     let mut moving = Moving::new(&daemon);
     let consumers: Vec<Consumer> = (0..20).map(|_| daemon.consumer("cam", FULL)).collect();
@@ -132,7 +133,7 @@ fn many_who_do_not_read_take_no_memory() {
     for _ in 0..FRAMES {
         moving.step();
     }
-    // What all of them have not read is more than 40 MB.
+    // The unread data of all of them has more than 40 MB.
     let grown = daemon.running.peak_memory() - before;
     assert!(grown < 16 << 20, "{grown} bytes");
     drop(consumers);
@@ -144,7 +145,7 @@ fn a_producer_that_does_not_read_its_answers_stops_only_itself() {
     for daemon in [Daemon::start(""), Daemon::over_tcp("")] {
         let mut pair = ProducerAndConsumer::new(&daemon, "cam");
         let mut stubborn = daemon.producer("cam");
-        // On the same stream and the same connection's limits, as fast as it can.
+        // On the same stream and with the same limits, as fast as possible.
         let batch = |sequence| {
             let points = vec![(sequence as f64 * 1e-6, 0.25)];
             bytes(Producer::CHANNEL, Batch { sequence, points, times: vec![], tags: vec![sequence] })
@@ -168,7 +169,7 @@ fn a_producer_that_does_not_read_its_answers_stops_only_itself() {
         for _ in 0..20 {
             pair.step();
         }
-        // Once it reads, all is answered, in order.
+        // Once it reads, all messages are answered in order.
         std::thread::scope(|scope| {
             let socket = stubborn.client.socket.try_clone().unwrap();
             scope.spawn(move || std::io::Write::write_all(&mut { socket }, &rest).unwrap());
@@ -185,12 +186,13 @@ fn a_producer_that_does_not_read_its_answers_stops_only_itself() {
 }
 
 #[test]
-fn what_a_producer_has_sent_before_it_vanished_is_taken() {
+fn messages_of_a_vanished_producer_are_processed() {
     let daemon = Daemon::start("");
     let mut random = Random::new(42);
     for round in 1..=10 {
         let mut producer = daemon.producer("cam");
-        // In one piece, so that it is all there when the connection is gone; and a half one, which is nothing.
+        // Everything in one write, so that it has arrived when the connection ends. The half frame at the end is
+        // ignored.
         let mut all = Vec::new();
         for sequence in 0..400 {
             let points = points(&mut random, 10);

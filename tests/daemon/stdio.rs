@@ -1,4 +1,4 @@
-//! Stdin and stdout beside sockets, and the protocol's bytes in pipes.
+//! Stdin and stdout beside sockets, and the wire protocol in pipes.
 
 use std::io::Write;
 
@@ -24,7 +24,7 @@ fn stdin_feeds_the_default_stream_and_the_daemon_goes_on_after_it() {
     consumer.expect_diff(2);
     daemon.running.say("bad\n{\"points\":[[3,0]]}\n");
     drop(daemon.running.take_stdin());
-    // What came last is a frame too, and then sockets alone are left.
+    // The last points make a frame too. After that only sockets are left.
     let diff = consumer.expect_diff(3);
     assert_eq!((diff.frame.points, diff.frame.rejected), (3, 1));
     assert_eq!(producer.frame(&[(4.0, 0.0)]), 4);
@@ -59,7 +59,7 @@ fn stdout_shows_what_producers_send() {
 }
 
 #[test]
-fn who_stops_reading_stdout_does_not_stop_the_sockets() {
+fn a_closed_stdout_does_not_stop_the_sockets() {
     let mut daemon = Daemon::start("--output jsonl");
     drop(daemon.running.take_stdout());
     let mut producer = daemon.producer("default");
@@ -72,7 +72,7 @@ fn who_stops_reading_stdout_does_not_stop_the_sockets() {
     assert_eq!(daemon.running.ends().code, Some(0));
 }
 
-/// Some frames as the protocol's bytes, and as JSON lines.
+/// Some frames in the wire protocol and as JSON lines.
 fn both_forms() -> (Vec<u8>, String) {
     let mut random = Random::new(71);
     let (mut messages, mut lines) = (Vec::new(), String::new());
@@ -90,7 +90,7 @@ fn both_forms() -> (Vec<u8>, String) {
 }
 
 #[test]
-fn bytes_in_and_out_are_what_lines_are() {
+fn the_wire_protocol_gives_the_same_as_lines() {
     let (bytes, lines) = both_forms();
     let serve = |arguments: &str, input: &[u8]| hopes("serve --full").and(arguments).reads(input).out();
     let expected = serve("--input jsonl --output jsonl", lines.as_bytes());
@@ -106,7 +106,7 @@ fn bytes_in_and_out_are_what_lines_are() {
 }
 
 #[test]
-fn bytes_that_end_too_soon_are_told_of_and_what_came_whole_is_taken() {
+fn a_cut_off_input_is_reported_and_whole_messages_are_processed() {
     let (bytes, _) = both_forms();
     let finished = hopes("serve --input bin").reads(&bytes[..bytes.len() - 1]);
     assert!(finished.err.contains("the input is cut off at byte"), "{}", finished.err);

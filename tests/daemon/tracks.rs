@@ -1,4 +1,4 @@
-//! Tracks over sockets: who wants them is told of them, from where he was told before, and nobody else is.
+//! Tracks over sockets: only consumers that ask for tracks get them, from the frame of their last message on.
 
 use hopes_protocol::*;
 
@@ -6,13 +6,13 @@ use crate::common::client::{Client, brief, bytes, hello};
 use crate::common::peers::{Consumer, DERIVED, Daemon, Point, Producer, open};
 use crate::common::process::hopes;
 
-/// A circle of radius 1, points on which stand a fourteenth apart.
+/// A circle of radius 1 with fourteen points for each radius of length.
 fn circle([x, y]: [f64; 2]) -> Vec<Point> {
     let angle = |step: u32| std::f64::consts::TAU * f64::from(step) / 90.0;
     (0..90).map(|step| (x + angle(step).cos(), y + angle(step).sin())).collect()
 }
 
-/// A stream whose frames replace each other: a circle that moves, and in every third frame another one.
+/// A stream whose frames replace each other: a circle that moves, and in every third frame a second one.
 struct Film {
     producer: Producer,
     frame: u64,
@@ -41,7 +41,7 @@ impl Film {
     }
 }
 
-/// Follows a stream and its tracks.
+/// A consumer of a stream and its tracks.
 struct Watcher {
     consumer: Consumer,
     tracks: TrackMirror,
@@ -55,7 +55,7 @@ impl Watcher {
     }
 
     /// The next message about tracks.
-    fn told(&mut self) -> Tracks {
+    fn next_tracks(&mut self) -> Tracks {
         loop {
             if let Message::Tracks(tracks) = self.consumer.next() {
                 assert!(tracks.frame <= self.consumer.mirror.number(), "the frame was sent before");
@@ -65,10 +65,10 @@ impl Watcher {
         }
     }
 
-    fn told_to(&mut self, frame: u64) -> Vec<Tracks> {
+    fn tracks_to(&mut self, frame: u64) -> Vec<Tracks> {
         let mut told = Vec::new();
         while self.tracks.frame() < frame {
-            told.push(self.told());
+            told.push(self.next_tracks());
         }
         told
     }
@@ -77,14 +77,14 @@ impl Watcher {
 const TRACKS: &str = "--track above:0.5";
 
 #[test]
-fn who_wants_tracks_is_told_of_them_frame_by_frame() {
+fn a_consumer_that_asks_for_tracks_gets_them_in_every_frame() {
     let daemon = Daemon::start(TRACKS);
     let mut film = Film::new(&daemon);
     let mut watcher = Watcher::new(&daemon, TracksWanted::Alive);
     let mut other = daemon.consumer("film", DERIVED);
     for frame in 1..=12 {
         film.step();
-        let tracks = watcher.told();
+        let tracks = watcher.next_tracks();
         assert_eq!((tracks.frame, tracks.from), (frame, frame - 1));
         assert_eq!(tracks.alive.map(|alive| alive.len()), Some(watcher.tracks.alive().len()));
     }
@@ -98,12 +98,12 @@ fn who_wants_tracks_is_told_of_them_frame_by_frame() {
 }
 
 #[test]
-fn events_alone_come_when_something_has_happened() {
+fn events_alone_are_sent_only_for_frames_with_events() {
     let daemon = Daemon::start("--track above:0.5 --track-delta 100");
     let mut film = Film::new(&daemon);
     let mut watcher = Watcher::new(&daemon, TracksWanted::Events);
     film.steps(20);
-    let told = watcher.told_to(20);
+    let told = watcher.tracks_to(20);
     assert!(told.iter().all(|tracks| (tracks.from == 0) == tracks.alive.is_some()));
     assert!(told.iter().all(|tracks| tracks.from == 0 || !tracks.events.is_empty()));
     let events = told.iter().flat_map(|tracks| &tracks.events);
@@ -111,20 +111,20 @@ fn events_alone_come_when_something_has_happened() {
         events.map(|event| (event.frame, event.track.id, event.happening)).collect();
     let (born, died) = (Happening::Born, Happening::Died);
     let whole = [(2, 1, born), (5, 2, born), (8, 2, died), (11, 3, born), (14, 3, died), (17, 4, born), (20, 4, died)];
-    // Who comes before the first frame is told of everything, who comes later from there on.
+    // A consumer that joins before the first frame gets all events, a later one those after its start.
     assert!(whole.ends_with(&story) && story.len() >= 5, "{story:?}");
     daemon.stop();
 }
 
 #[test]
-fn who_comes_late_is_told_who_is_alive() {
+fn a_late_consumer_gets_the_living_tracks() {
     let daemon = Daemon::start(TRACKS);
     let mut film = Film::new(&daemon);
     let mut first = Watcher::new(&daemon, TracksWanted::Cycles);
     film.steps(5);
-    first.told_to(5);
+    first.tracks_to(5);
     let mut late = Watcher::new(&daemon, TracksWanted::Cycles);
-    let tracks = late.told();
+    let tracks = late.next_tracks();
     assert_eq!((tracks.from, tracks.frame, tracks.cycles.len()), (0, 5, 2));
     for cycle in &tracks.cycles {
         assert_eq!(cycle.walks.iter().map(Vec::len).collect::<Vec<_>>(), [90]);
@@ -132,21 +132,21 @@ fn who_comes_late_is_told_who_is_alive() {
     }
     for _ in 0..8 {
         film.step();
-        assert_eq!(late.told(), first.told());
+        assert_eq!(late.next_tracks(), first.next_tracks());
     }
     assert_eq!((late.tracks.alive(), late.tracks.cycles()), (first.tracks.alive(), first.tracks.cycles()));
     daemon.stop();
 }
 
 #[test]
-fn who_is_slow_misses_no_event() {
+fn a_slow_consumer_misses_no_event() {
     let daemon = Daemon::start("--track above:0.5 --consumer-queue 1KiB");
     let mut film = Film::new(&daemon);
     film.step();
     let mut slow = Watcher::new(&daemon, TracksWanted::Events);
-    slow.told();
+    slow.next_tracks();
     film.steps(400);
-    let told = slow.told_to(400);
+    let told = slow.tracks_to(400);
     let mut births: Vec<u64> = told
         .iter()
         .flat_map(|tracks| &tracks.events)
@@ -165,7 +165,7 @@ fn tracks_can_be_switched_off_and_on() {
     let mut film = Film::new(&daemon);
     let mut watcher = Watcher::new(&daemon, TracksWanted::Alive);
     film.steps(3);
-    watcher.told_to(3);
+    watcher.tracks_to(3);
     watcher.consumer.client.send(Consumer::CHANNEL, WantTracks { tracks: TracksWanted::No });
     watcher.consumer.client.drain();
     film.step();
@@ -173,13 +173,13 @@ fn tracks_can_be_switched_off_and_on() {
     film.step();
     watcher.consumer.expect_diff(5);
     watcher.consumer.client.send(Consumer::CHANNEL, WantTracks { tracks: TracksWanted::Alive });
-    let again = watcher.told();
+    let again = watcher.next_tracks();
     assert_eq!((again.from, again.frame), (0, 5));
     daemon.stop();
 }
 
 #[test]
-fn what_cannot_be_wanted_is_refused() {
+fn invalid_requests_for_tracks_are_refused() {
     let without = Daemon::start("");
     Film::new(&without).step();
     let wanted = WantTracks { tracks: TracksWanted::Alive };
@@ -190,7 +190,7 @@ fn what_cannot_be_wanted_is_refused() {
     without.stop();
 }
 
-/// A client of version 1 does not know such messages, and so they are none.
+/// A client of version 1 does not know these messages, so they are unknown types.
 #[test]
 fn in_version_1_there_are_no_tracks() {
     let daemon = Daemon::start(TRACKS);
@@ -208,7 +208,7 @@ fn in_version_1_there_are_no_tracks() {
 }
 
 #[test]
-fn watch_tells_of_tracks() {
+fn watch_shows_tracks() {
     let daemon = Daemon::start(TRACKS);
     let mut film = Film::new(&daemon);
     film.step();

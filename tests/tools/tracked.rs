@@ -1,4 +1,4 @@
-//! `hopes serve --track`: scenes whose holes are known, and what is told of them.
+//! `hopes serve --track`: scenes whose holes are known, and the tracks of their frames.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,7 +13,7 @@ fn scene(arguments: &str) -> Vec<u8> {
     hopes("scene").and(arguments).runs().out()
 }
 
-/// What `serve` says of tracks, frame by frame: events and living ones.
+/// The tracks in the output of `serve`, frame by frame: events and living tracks.
 fn tracked(points: &[u8], arguments: &str) -> Vec<(Value, Value)> {
     let text = hopes("serve").and(arguments).reads(points).text();
     let part = |line: &Value, key: &str| line.get(key).unwrap_or_else(|| panic!("{key} is missing: {line}")).clone();
@@ -21,7 +21,7 @@ fn tracked(points: &[u8], arguments: &str) -> Vec<(Value, Value)> {
 }
 
 #[test]
-fn neither_threads_nor_the_order_of_points_decide_anything() {
+fn threads_and_the_order_of_points_do_not_matter() {
     for name in ["mixed", "crowd"] {
         let scene_of = |more: &str| scene(&format!("{name} --frames 50 --seed 4 --points-per-radius 8 {more}"));
         for rule in
@@ -40,9 +40,9 @@ fn neither_threads_nor_the_order_of_points_decide_anything() {
     }
 }
 
-/// Every event that the truth has is told once, not more than three frames late, and of the hole that it happens to.
+/// Every true event is reported once, at most three frames late, for the right hole.
 #[test]
-fn splits_and_mergers_are_told_once_and_in_time() {
+fn splits_and_mergers_are_reported_once_and_in_time() {
     let folder = tempfile::tempdir().unwrap();
     let truth = folder.path().join("truth");
     for (name, kind) in [("pinch", "split"), ("fuse", "merged")] {
@@ -61,7 +61,7 @@ fn splits_and_mergers_are_told_once_and_in_time() {
         for (is, should) in is.iter().zip(&should) {
             assert!((*should..=should + 3).contains(is), "{name}: {is}, should be {should}");
         }
-        // In nearly every frame as many are alive as there are holes.
+        // In nearly every frame there are as many living tracks as holes.
         let count = |list: &Value| list.as_array().map(Vec::len);
         let differ = told.iter().zip(&truth[1..]).filter(|((_, alive), line)| count(alive) != count(&line["holes"]));
         assert!(differ.count() < 40, "{name}");
@@ -69,7 +69,7 @@ fn splits_and_mergers_are_told_once_and_in_time() {
 }
 
 #[test]
-fn events_and_living_tracks_tell_the_same_story() {
+fn events_and_living_tracks_agree() {
     let told =
         tracked(&scene("mixed --frames 300 --seed 2 --noise 0.2"), "--window frames:1 --track-list --track above:0.28");
     let mut alive: BTreeMap<u64, Value> = BTreeMap::new();
@@ -107,7 +107,7 @@ fn tracks_of_serve_are_what_hopes_tracks_reads() {
 }
 
 #[test]
-fn what_cannot_be_tracked_is_refused() {
+fn invalid_tracking_options_are_refused() {
     for (arguments, words) in [
         ("--track top:0", "none of view, top:M (M from 1) and above:P"),
         ("--track above:-1", "none of view, top:M"),
@@ -124,7 +124,7 @@ fn what_cannot_be_tracked_is_refused() {
 
 /// The sky right of the tree is one hole through the whole film, and so is the largest hole around the bunny.
 #[test]
-fn in_a_film_ids_stay() {
+fn ids_last_through_a_film() {
     let told =
         tracked(include_bytes!("../data/bunny.jsonl"), "--input jsonl --window frames:1 --track above:8 --track-list");
     let is_at = |alive: &Value, id: u64, [left, right]: [f64; 2], [low, high]: [f64; 2]| {

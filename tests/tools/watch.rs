@@ -1,4 +1,4 @@
-//! `hopes watch` and `hopes record`: frames as they come, gaps, signals, silence, lost connections.
+//! `hopes watch` and `hopes record`: frames, gaps, signals, timeouts, lost connections.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ fn watch(daemon: &FakeDaemon, arguments: &str) -> Hopes {
 }
 
 #[test]
-fn a_subscription_says_what_is_wanted() {
+fn options_become_a_subscription() {
     for (arguments, pattern, view, dots) in [
         ("", "default", VIEW, DotsWanted::No),
         ("--stream c*m -k 2 -l 3 --dots 4", "c*m", View { cut: Cut::Derived(2, 3), ..VIEW }, DotsWanted::Top(4)),
@@ -39,7 +39,7 @@ fn a_subscription_says_what_is_wanted() {
 }
 
 #[test]
-fn frames_are_shown_as_they_come_until_the_daemon_leaves() {
+fn frames_are_shown_until_the_daemon_ends() {
     let daemon = FakeDaemon::new();
     let mut client = watch(&daemon, "--stream cam --output jsonl").start();
     let mut peer = daemon.greet();
@@ -63,7 +63,7 @@ fn frames_are_shown_as_they_come_until_the_daemon_leaves() {
 }
 
 #[test]
-fn a_frame_that_does_not_prove_is_not_shown_and_asked_for_again() {
+fn a_frame_with_a_wrong_checksum_is_not_shown_and_requested_again() {
     let daemon = FakeDaemon::new();
     let mut client = watch(&daemon, "--output jsonl").start();
     let mut peer = daemon.greet();
@@ -75,7 +75,7 @@ fn a_frame_that_does_not_prove_is_not_shown_and_asked_for_again() {
     assert_eq!(peer.next(), Some((first, Unsubscribe {}.into())));
     let (second, subscribe) = peer.expect_subscribe();
     assert!(second != first && subscribe.resume.is_none());
-    // What is still under way on the old channel is not taken for anything.
+    // Messages in flight on the old channel are ignored.
     peer.send(first, scene.clone().diff());
     peer.send(first, Unsubscribed {});
     peer.send(second, scene.opened("default", 7));
@@ -93,7 +93,7 @@ fn a_frame_that_does_not_prove_is_not_shown_and_asked_for_again() {
 }
 
 #[test]
-fn a_daemon_that_is_always_wrong_is_given_up() {
+fn repeated_wrong_checksums_are_an_error() {
     let daemon = FakeDaemon::new();
     let client = watch(&daemon, "").start();
     let mut peer = daemon.greet();
@@ -123,7 +123,7 @@ fn check_stops_at_a_gap_and_at_a_frame_that_is_wrong() {
     };
     let (code, err) = ends(&|peer, channel, scene| peer.send(channel, scene.wrong_diff()));
     assert!(code == Some(1) && err.contains("frame 2 has checksum"), "{err}");
-    // Proved, but not what those vertices give.
+    // The checksum is right, but the edges are not those of the vertices.
     let (code, err) = ends(&|peer, channel, scene| match scene.diff() {
         Message::Diff(diff) => {
             let mut checksum = Checksum(diff.checksum);
@@ -143,7 +143,7 @@ fn check_stops_at_a_gap_and_at_a_frame_that_is_wrong() {
 }
 
 #[test]
-fn enough_frames_are_enough_and_a_signal_too() {
+fn a_number_of_frames_or_a_signal_ends_a_watch() {
     let daemon = FakeDaemon::new();
     let client = watch(&daemon, "--frames 2 --dots 1 --output jsonl").start();
     let mut peer = daemon.greet();
@@ -167,7 +167,7 @@ fn enough_frames_are_enough_and_a_signal_too() {
 }
 
 #[test]
-fn silence_is_broken_by_a_ping_and_ends_the_connection() {
+fn a_silent_daemon_is_pinged_and_then_disconnected() {
     let daemon = FakeDaemon::new();
     let client = watch(&daemon, "").start();
     let mut peer = daemon.greet_as(Welcome { timeout_ms: 900, ..welcome() });
@@ -253,7 +253,7 @@ fn a_lost_connection_is_resumed() {
 // ---- record
 
 #[test]
-fn what_is_recorded_is_what_was_sent() {
+fn a_recording_has_the_bytes_that_were_sent() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a recording");
     let daemon = FakeDaemon::new();

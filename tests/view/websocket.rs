@@ -1,4 +1,4 @@
-//! The protocol by the page's WebSocket: the same conversation as on a socket, for readers.
+//! The wire protocol in the page's WebSocket: for consumers the same dialogue as on a socket.
 
 use hopes_protocol::*;
 
@@ -40,7 +40,7 @@ fn large_snapshots_come_whole() {
 }
 
 #[test]
-fn nobody_feeds_a_stream_by_the_page() {
+fn producers_are_refused_on_the_page() {
     let page = Page::start("");
     let mut producer = page.daemon.producer("cam");
     producer.frame(&[(0.0, 0.0)]);
@@ -58,7 +58,7 @@ fn nobody_feeds_a_stream_by_the_page() {
         assert_eq!((report.code, report.answers), (ErrorCode::Unexpected as u16, message.kind()));
         assert!(report.text.contains("read-only"), "{report:?}");
     }
-    // It is an ordinary peer for all the rest.
+    // Everything else works as for any peer.
     assert_eq!(web_client.list("*").len(), 1);
     let status = web_client.status();
     assert_eq!((status.refused_messages, status.streams[0].info.frame, status.streams[0].info.points), (5, 1, 1));
@@ -68,7 +68,7 @@ fn nobody_feeds_a_stream_by_the_page() {
 }
 
 #[test]
-fn pings_of_the_websocket_are_answered_among_frames() {
+fn websocket_pings_are_answered_among_frames() {
     let page = Page::start("");
     let mut web_client = page.web_client();
     let Socket::Web(web) = &mut web_client.socket else { panic!("a web_client comes by WebSocket") };
@@ -92,7 +92,7 @@ fn a_goodbye_is_answered_and_the_websocket_closed() {
 }
 
 #[test]
-fn a_tab_that_is_closed_leaves_its_place() {
+fn a_closed_websocket_frees_its_slot() {
     let page = Page::start("");
     page.daemon.producer("cam").frame(&[(0.0, 0.0)]);
     let mut there = page.web_consumer("cam");
