@@ -2,9 +2,9 @@
 //!
 //! In: bytes, cut anywhere. Out: a [`Banner`] and [`Frame`]s.
 //!
-//! Invariants: a length is compared with the limit before any byte of the body is waited for. Memory grows with the bytes
-//! that have arrived, never with the length that is announced. After any error except [`FrameError::Incomplete`] nothing
-//! more can be read.
+//! Invariants: a length is compared with the limit before any byte of the body is waited for. Memory grows with the
+//! bytes that have arrived, never with the length that is announced. After any error except [`FrameError::Incomplete`]
+//! nothing more can be read.
 //!
 //! Must not know: what bodies mean.
 

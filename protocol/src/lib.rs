@@ -1,8 +1,9 @@
 //! The wire protocol of `hopes`: what a producer or a consumer of a daemon needs to encode and decode messages.
 //!
-//! `SPEC.md` beside this crate defines every byte. There is no I/O here. The caller reads bytes from a socket, a pipe or a
-//! file, pushes them into a [`Decoder`] and takes [`Message`]s out of it; it writes the bytes that [`encode`] returns. A
-//! [`Mirror`] is a consumer's verified copy of a view of a stream; a [`TrackMirror`] is a copy of the stream's tracks.
+//! `SPEC.md` beside this crate defines every byte. There is no I/O here. The caller reads bytes from a socket, a pipe
+//! or a file, pushes them into a [`Decoder`] and takes [`Message`]s out of it; it writes the bytes that [`encode`]
+//! returns. A [`Mirror`] is a consumer's verified copy of a view of a stream; a [`TrackMirror`] is a copy of the
+//! stream's tracks.
 //!
 //! ```text
 //! bytes ──▶ Decoder ──▶ (channel, Message) ──▶ Mirror, TrackMirror

@@ -1,15 +1,15 @@
 //! Scenes with ground truth: points on moving walls, and the true holes of those walls.
 //!
-//! In: a kind of scene and [`Options`]. Out: an endless sequence of [`Frame`]s. Each has its points, the difference from the
-//! previous frame, the true holes with lasting ids, and their events.
+//! In: a kind of scene and [`Options`]. Out: an endless sequence of [`Frame`]s. Each has its points, the difference
+//! from the previous frame, the true holes with lasting ids, and their events.
 //!
 //! ```text
 //! composition ─▶ shapes ─▶ poses of walls ─▶ points on them           ─▶ all points, and the difference
 //!               (motion)  └▶ ideal holes   ─▶ truth (ids and events)
 //! ```
 //!
-//! Invariants: the frames depend only on the kind and the options, and are the same on every machine, bit for bit. The cost
-//! of a frame is in proportion to its points. Memory does not grow with time.
+//! Invariants: the frames depend only on the kind and the options, and are the same on every machine, bit for bit. The
+//! cost of a frame is in proportion to its points. Memory does not grow with time.
 //!
 //! Must not know: the topology of clouds, formats, files, clocks.
 
