@@ -68,10 +68,10 @@ fn main() -> Result<(), Error> {
         frames.alive.push(alive.unwrap_or(0) as f64);
         frames.tiles.push(pipeline.tiles_reduced() as f64);
         let diff = step.diff;
-        frames.told.push((diff.tree_added.len() + diff.tree_removed.len() + diff.critical_set.len()) as f64);
+        frames.changes.push((diff.tree_added.len() + diff.tree_removed.len() + diff.critical_set.len()) as f64);
     }
-    let [ours, spade, tiles, told, tracking, alive] =
-        [&frames.ours, &frames.spade, &frames.tiles, &frames.told, &frames.tracking, &frames.alive]
+    let [ours, spade, tiles, changes, tracking, alive] =
+        [&frames.ours, &frames.spade, &frames.tiles, &frames.changes, &frames.tracking, &frames.alive]
             .map(|list| median(list));
     let tracks = run.tracks.map(|_| json!({ "alive": alive, "ms": round(tracking), "share": round(tracking / ours) }));
     println!(
@@ -79,7 +79,7 @@ fn main() -> Result<(), Error> {
         json!({
             "scene": run.scene, "points": run.points, "replaced": run.replace, "frames": run.frames, "threads": run.threads,
             "spade_ms": round(spade), "frame_ms": round(ours), "ratio": round(ours / spade), "rest_ms": round(ours - spade),
-            "tiles_reduced": tiles, "edges_told": told, "checked": run.check, "peak_mib": peak_mib(), "tracks": tracks,
+            "tiles_reduced": tiles, "edges_told": changes, "checked": run.check, "peak_mib": peak_mib(), "tracks": tracks,
         })
     );
     Ok(())
@@ -143,7 +143,7 @@ struct Frames {
     ours: Vec<f64>,
     spade: Vec<f64>,
     tiles: Vec<f64>,
-    told: Vec<f64>,
+    changes: Vec<f64>,
     tracking: Vec<f64>,
     alive: Vec<f64>,
 }

@@ -147,7 +147,7 @@ fn a_late_follower_gets_the_whole_view() {
     let mut live = run(200, 8, frames(20, 10, |_| [random.unit(), random.unit()]));
     let mut late = Follower::new(ViewSpec::Full);
     let step = live.pipeline.poll_step(&mut late).expect("it knows no frame yet");
-    let frame = live.pipeline.poll_frame().expect("nobody asked for all of it yet");
+    let frame = live.pipeline.poll_frame().expect("no follower was polled yet");
     let whole = Snapshot::new(&frame.skeleton, &frame.view(ViewSpec::Full));
     assert_eq!((step.from, step.number), (0, 20));
     assert_eq!(Snapshot::default().apply(&step.diff), Ok(whole));

@@ -78,7 +78,7 @@ fn an_unsupported_version_gives_an_error_with_both_ranges() {
 
 #[test]
 fn a_peer_that_is_no_daemon_or_refuses_gives_an_error() {
-    let told = |say: &dyn Fn(&mut Peer), words: &[&str]| {
+    let expect_error = |say: &dyn Fn(&mut Peer), words: &[&str]| {
         let daemon = FakeDaemon::new();
         let client = hopes("watch --from").with(daemon.address()).start();
         let mut peer = daemon.accept();
@@ -87,18 +87,18 @@ fn a_peer_that_is_no_daemon_or_refuses_gives_an_error() {
         drop(peer);
         client.finish().fails(1, &[words, &[daemon.address().as_str()]].concat());
     };
-    told(&|peer| peer.write(b"HTTP/1.1 400 Bad Request\r\n\r\n"), &["is no hopes daemon"]);
-    told(&|_| (), &["closed the connection before it had greeted"]);
-    told(&|peer| peer.write(&Banner::OURS.encode()[..9]), &["closed the connection within a message"]);
-    let report = Report { code: 13, answers: 0, text: "too many guests".to_owned() };
-    told(
+    expect_error(&|peer| peer.write(b"HTTP/1.1 400 Bad Request\r\n\r\n"), &["is no hopes daemon"]);
+    expect_error(&|_| (), &["closed the connection before it had greeted"]);
+    expect_error(&|peer| peer.write(&Banner::OURS.encode()[..9]), &["closed the connection within a message"]);
+    let report = Report { code: 13, answers: 0, text: "too many connections".to_owned() };
+    expect_error(
         &|peer| {
             peer.write(&Banner::OURS.encode());
             peer.send(0, report.clone());
         },
-        &["refuses the connection: too many guests"],
+        &["refuses the connection: too many connections"],
     );
-    told(
+    expect_error(
         &|peer| {
             peer.write(&Banner::OURS.encode());
             peer.send(0, Pong { token: 1 });

@@ -78,7 +78,7 @@ struct Shared {
 
 impl Shared {
     fn problem(&self, what: String) {
-        let mut problems = self.problems.lock().expect("nobody panics here");
+        let mut problems = self.problems.lock().expect("no thread panics while it holds the lock");
         if problems.len() < 20 {
             eprintln!("PROBLEM: {what}");
         }
@@ -136,11 +136,11 @@ impl Soak {
         for consumer in consumers {
             drop(consumer.join());
         }
-        tell(&shared, &memory);
+        report(&shared, &memory);
         if !daemon.stop()? {
             shared.problem("the daemon did not end in good order".to_owned());
         }
-        let problems = shared.problems.lock().expect("nobody panics here");
+        let problems = shared.problems.lock().expect("no thread panics while it holds the lock");
         anyhow::ensure!(problems.is_empty(), "{} problems, the first: {}", problems.len(), problems[0]);
         println!("nothing was wrong");
         Ok(())
@@ -280,7 +280,7 @@ fn follow(
                 if habit == Behaviour::Steady {
                     let phase = usize::from(shared.is_rough.load(Relaxed));
                     let latency = now - diff.frame.time.unwrap_or(f64::NAN);
-                    shared.latencies[phase].lock().expect("nobody panics here").push(latency);
+                    shared.latencies[phase].lock().expect("no thread panics while it holds the lock").push(latency);
                 }
             }
             _ => {}
@@ -384,7 +384,7 @@ fn check_last_frames(shared: &Shared, left: &[FinalPoints]) -> anyhow::Result<()
     Ok(())
 }
 
-fn tell(shared: &Shared, memory: &[(u64, u64)]) {
+fn report(shared: &Shared, memory: &[(u64, u64)]) {
     let of = |counter: &AtomicU64| counter.load(Relaxed);
     println!(
         "{} frames proved by consumers, {} not sent singly, {} snapshots; {} resumed by diffs, {} not",
@@ -395,7 +395,7 @@ fn tell(shared: &Shared, memory: &[(u64, u64)]) {
         of(&shared.not_resumed)
     );
     for (phase, latencies) in ["calm", "some stopped"].iter().zip(&shared.latencies) {
-        let mut sorted = std::mem::take(&mut *latencies.lock().expect("nobody panics here"));
+        let mut sorted = std::mem::take(&mut *latencies.lock().expect("no thread panics while it holds the lock"));
         sorted.sort_unstable_by(f64::total_cmp);
         let [median, high] = [0.5, 0.99].map(|share| percentile(&sorted, share) * 1e3);
         println!(

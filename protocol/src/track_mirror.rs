@@ -182,10 +182,10 @@ impl TrackMirror {
 
     /// Events and list must agree on which tracks are alive and which are selected.
     fn compare(&self, frame: u64, alive: &[Track]) -> Result<(), TrackMirrorError> {
-        let told: BTreeMap<u64, bool> = self.alive.iter().map(|(&id, track)| (id, track.selected)).collect();
+        let from_events: BTreeMap<u64, bool> = self.alive.iter().map(|(&id, track)| (id, track.selected)).collect();
         let listed: BTreeMap<u64, bool> = alive.iter().map(|track| (track.id, track.selected)).collect();
-        let differs = |id: &&u64| told.get(id) != listed.get(id);
-        match told.keys().chain(listed.keys()).filter(differs).min() {
+        let differs = |id: &&u64| from_events.get(id) != listed.get(id);
+        match from_events.keys().chain(listed.keys()).filter(differs).min() {
             Some(&track) => Err(TrackMirrorError::Contradiction { frame, track }),
             None => Ok(()),
         }

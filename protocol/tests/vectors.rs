@@ -233,7 +233,7 @@ fn the_track_messages_of_a_sequence_apply_one_after_the_other() {
     for story in [&["tracks_start", "tracks", "tracks_merged"][..], &["tracks_start_events", "tracks_events"]] {
         let mut mirror = TrackMirror::new();
         for name in story {
-            let Message::Tracks(tracks) = decoded(2, name).1 else { panic!("{name} tells of no tracks") };
+            let Message::Tracks(tracks) = decoded(2, name).1 else { panic!("{name} has no tracks") };
             assert_eq!(mirror.apply(&tracks), Ok(()), "{name}");
             assert_eq!(mirror.frame(), tracks.frame, "{name}");
         }

@@ -73,10 +73,11 @@ impl Blur {
 fn weights(sigma: f64) -> Vec<u16> {
     let count = (sigma * 6.0 + 1.0).round_ties_even() as usize | 1;
     let half = count / 2;
-    let bell: Vec<f64> = (1..=half).rev().map(|away| (-0.5 / (sigma * sigma) * (away * away) as f64).exp()).collect();
-    let scale = 256.0 / (2.0 * bell.iter().sum::<f64>() + 1.0);
+    let gaussian: Vec<f64> =
+        (1..=half).rev().map(|away| (-0.5 / (sigma * sigma) * (away * away) as f64).exp()).collect();
+    let scale = 256.0 / (2.0 * gaussian.iter().sum::<f64>() + 1.0);
     let mut lost = 0.0;
-    let side = bell.iter().map(|height| {
+    let side = gaussian.iter().map(|height| {
         let exact = height * scale + lost;
         let whole = exact.round_ties_even();
         lost = exact - whole;

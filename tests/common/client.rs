@@ -196,7 +196,7 @@ pub struct Client {
 impl Client {
     /// Connects and sends nothing.
     pub fn without_banner(address: &str) -> Self {
-        let socket = Socket::connect(address).unwrap_or_else(|error| panic!("nobody at {address}: {error}"));
+        let socket = Socket::connect(address).unwrap_or_else(|error| panic!("cannot connect to {address}: {error}"));
         Self { socket, decoder: Decoder::new(LARGEST_FRAME), aside: VecDeque::new(), token: 0 }
     }
 

@@ -153,7 +153,7 @@ impl Harness {
     /// Steps lead from one simplified view to the next.
     fn check_simplified(&mut self, frame: &Frame) {
         let (follower, held) = &mut self.simplified;
-        let step = self.pipeline.poll_simplified(follower).expect("it was not told of this frame");
+        let step = self.pipeline.poll_simplified(follower).expect("it was not polled for this frame");
         let view = frame.view(ViewSpec::default());
         let wanted = Snapshot::of_simplified(&frame.skeleton, &simplify(&frame.skeleton, &view, view.scale()));
         *held = held.apply(&step.diff).expect("it starts from what is held");

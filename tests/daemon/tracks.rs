@@ -66,11 +66,11 @@ impl Watcher {
     }
 
     fn tracks_to(&mut self, frame: u64) -> Vec<Tracks> {
-        let mut told = Vec::new();
+        let mut messages = Vec::new();
         while self.tracks.frame() < frame {
-            told.push(self.next_tracks());
+            messages.push(self.next_tracks());
         }
-        told
+        messages
     }
 }
 
@@ -103,10 +103,10 @@ fn events_alone_are_sent_only_for_frames_with_events() {
     let mut film = Film::new(&daemon);
     let mut watcher = Watcher::new(&daemon, TracksWanted::Events);
     film.steps(20);
-    let told = watcher.tracks_to(20);
-    assert!(told.iter().all(|tracks| (tracks.from == 0) == tracks.alive.is_some()));
-    assert!(told.iter().all(|tracks| tracks.from == 0 || !tracks.events.is_empty()));
-    let events = told.iter().flat_map(|tracks| &tracks.events);
+    let messages = watcher.tracks_to(20);
+    assert!(messages.iter().all(|tracks| (tracks.from == 0) == tracks.alive.is_some()));
+    assert!(messages.iter().all(|tracks| tracks.from == 0 || !tracks.events.is_empty()));
+    let events = messages.iter().flat_map(|tracks| &tracks.events);
     let story: Vec<(u64, u64, Happening)> =
         events.map(|event| (event.frame, event.track.id, event.happening)).collect();
     let (born, died) = (Happening::Born, Happening::Died);
@@ -146,8 +146,8 @@ fn a_slow_consumer_misses_no_event() {
     let mut slow = Watcher::new(&daemon, TracksWanted::Events);
     slow.next_tracks();
     film.steps(400);
-    let told = slow.tracks_to(400);
-    let mut births: Vec<u64> = told
+    let messages = slow.tracks_to(400);
+    let mut births: Vec<u64> = messages
         .iter()
         .flat_map(|tracks| &tracks.events)
         .filter(|event| event.happening == Happening::Born)

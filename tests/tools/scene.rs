@@ -65,8 +65,8 @@ fn the_truth_is_written_beside_the_points() {
     let asked = hopes("scene fuse --frames 300 --seed 3 --noise 0.05 --churn 0.2 --points-per-radius 8 --truth");
     let written = asked.with(&truth).and("-o").with(&points).runs().out();
     assert!(written.is_empty());
-    let told = fs::read_to_string(&truth).unwrap();
-    let lines = json_lines(&told);
+    let truth_text = fs::read_to_string(&truth).unwrap();
+    let lines = json_lines(&truth_text);
     assert_eq!(lines.len(), 301);
     let (above, smallest) = (lines[0]["above"].as_f64().unwrap(), lines[0]["smallest_radius"].as_f64().unwrap());
     assert_eq!(above, 0.4 * smallest);
@@ -89,9 +89,9 @@ fn the_truth_is_written_beside_the_points() {
     let again = folder.path().join("again");
     let asked = hopes("scene fuse --frames 300 --seed 3 --noise 0.05 --churn 0.2 --points-per-radius 8 --truth");
     let text = asked.with(&again).and("-o -").runs().out();
-    assert!(text == fs::read(&points).unwrap() && told == fs::read_to_string(&again).unwrap());
+    assert!(text == fs::read(&points).unwrap() && truth_text == fs::read_to_string(&again).unwrap());
     asked.with(&again).and("--format bin --shuffle").runs().out();
-    assert_eq!(told, fs::read_to_string(&again).unwrap());
+    assert_eq!(truth_text, fs::read_to_string(&again).unwrap());
 }
 
 #[test]

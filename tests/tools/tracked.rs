@@ -50,12 +50,12 @@ fn splits_and_mergers_are_reported_once_and_in_time() {
         let points = made.runs().out();
         let truth = json_lines(&fs::read_to_string(&truth).unwrap());
         let above = truth[0]["above"].as_f64().unwrap();
-        let told = tracked(&points, &format!("--window frames:1 --track-list --track above:{above}"));
+        let tracks = tracked(&points, &format!("--window frames:1 --track-list --track above:{above}"));
         let frames_of = |events: Vec<&Value>| -> Vec<usize> {
             let has = |list: &Value| list.as_array().unwrap().iter().filter(|event| event["event"] == kind).count();
             events.iter().enumerate().flat_map(|(frame, list)| vec![frame; has(list)]).collect()
         };
-        let is = frames_of(told.iter().map(|(events, _)| events).collect());
+        let is = frames_of(tracks.iter().map(|(events, _)| events).collect());
         let should = frames_of(truth[1..].iter().map(|line| &line["events"]).collect());
         assert!(should.len() >= 2 && is.len() == should.len(), "{name}: {is:?}, should be {should:?}");
         for (is, should) in is.iter().zip(&should) {
@@ -63,17 +63,17 @@ fn splits_and_mergers_are_reported_once_and_in_time() {
         }
         // In nearly every frame there are as many living tracks as holes.
         let count = |list: &Value| list.as_array().map(Vec::len);
-        let differ = told.iter().zip(&truth[1..]).filter(|((_, alive), line)| count(alive) != count(&line["holes"]));
+        let differ = tracks.iter().zip(&truth[1..]).filter(|((_, alive), line)| count(alive) != count(&line["holes"]));
         assert!(differ.count() < 40, "{name}");
     }
 }
 
 #[test]
 fn events_and_living_tracks_agree() {
-    let told =
+    let tracks =
         tracked(&scene("mixed --frames 300 --seed 2 --noise 0.2"), "--window frames:1 --track-list --track above:0.28");
     let mut alive: BTreeMap<u64, Value> = BTreeMap::new();
-    for (events, living) in &told {
+    for (events, living) in &tracks {
         for event in events.as_array().unwrap() {
             let id = event["id"].as_u64().unwrap();
             let known = match event["event"].as_str().unwrap() {
@@ -125,7 +125,7 @@ fn invalid_tracking_options_are_refused() {
 /// The sky right of the tree is one hole through the whole film, and so is the largest hole around the bunny.
 #[test]
 fn ids_last_through_a_film() {
-    let told =
+    let tracks =
         tracked(include_bytes!("../data/bunny.jsonl"), "--input jsonl --window frames:1 --track above:8 --track-list");
     let is_at = |alive: &Value, id: u64, [left, right]: [f64; 2], [low, high]: [f64; 2]| {
         let track = alive.as_array().unwrap().iter().find(|track| track[0] == id);
@@ -134,10 +134,11 @@ fn ids_last_through_a_film() {
             (left..right).contains(&x) && (low..high).contains(&y)
         })
     };
-    for (number, (_, alive)) in (1..).zip(&told).skip(2) {
+    for (number, (_, alive)) in (1..).zip(&tracks).skip(2) {
         assert!(is_at(alive, 2, [310.0, 360.0], [180.0, 220.0]), "the sky in frame {number}: {alive}");
         assert!(is_at(alive, 4, [90.0, 175.0], [80.0, 140.0]), "the bunny in frame {number}: {alive}");
     }
-    let begun = told.iter().flat_map(|(events, _)| events.as_array().unwrap()).filter(|event| event["event"] == "born");
+    let begun =
+        tracks.iter().flat_map(|(events, _)| events.as_array().unwrap()).filter(|event| event["event"] == "born");
     assert_eq!(begun.count(), 6);
 }

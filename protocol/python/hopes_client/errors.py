@@ -65,7 +65,7 @@ class PeerSilent(ConnectionLost):
 
 
 class InboxFull(ConnectionLost):
-    """Too many bytes arrived for subscriptions that nobody reads, during another wait."""
+    """Too many bytes arrived for subscriptions that are not read, during another wait."""
 
 
 class TimedOut(HopesError, TimeoutError):

@@ -57,7 +57,7 @@ class Tracks(unittest.TestCase):
         self.addCleanup(daemon.close)
         return daemon.follow(self.name, tracks=tracks, timeout=TIMEOUT)
 
-    def told(self, subscription: hopes.Subscription, number: int) -> tuple[hopes.Frame, list[hopes.TrackEvent]]:
+    def tracks_of(self, subscription: hopes.Subscription, number: int) -> tuple[hopes.Frame, list[hopes.TrackEvent]]:
         """The first frame with this number and all tracks, and the events up to it."""
         events: list[hopes.TrackEvent] = []
         while True:
@@ -75,10 +75,10 @@ class Tracks(unittest.TestCase):
     def test_a_track_from_birth_to_death(self) -> None:
         subscription = self.follow("cycles")
         self.show()
-        frame, events = self.told(subscription, 1)
+        frame, events = self.tracks_of(subscription, 1)
         self.assertEqual((events, frame.tracks), ([], {}))
         self.assertEqual(self.stream.commit(time=2.5), 2)
-        frame, events = self.told(subscription, 2)
+        frame, events = self.tracks_of(subscription, 2)
         self.assertEqual([(event.frame, event.time, event.happening.case) for event in events], [(2, 2.5, "Born")])
         (track,) = frame.tracks.values()
         self.assertEqual((track, track.age, track.selected), (events[0].track, 2, True))
@@ -94,7 +94,7 @@ class Tracks(unittest.TestCase):
         self.assertEqual(self.stream.retract(RING).wait().accepted, len(RING))
         for number in (3, 4, 5):
             self.stream.commit()
-            frame, events = self.told(subscription, number)
+            frame, events = self.tracks_of(subscription, number)
             happened = [(event.frame, event.happening.case, event.track.id) for event in events]
             self.assertEqual(happened, [(5, "Died", track.id)] if number == 5 else [])
         self.assertEqual((frame.tracks, frame.track_cycles), ({}, {}))
@@ -103,29 +103,29 @@ class Tracks(unittest.TestCase):
         early, alive = self.follow("events"), self.follow("alive")
         for number in (1, 2):
             self.show() if number == 1 else self.stream.commit()
-            self.told(alive, number)
+            self.tracks_of(alive, number)
         late = self.follow("events")
-        frame, events = self.told(late, 2)
+        frame, events = self.tracks_of(late, 2)
         self.assertEqual((events, [track.age for track in frame.tracks.values()]), ([], [2]))
         self.stream.retract(RING).wait()
         for number in (3, 4, 5):
             self.stream.commit()
-            self.told(alive, number)
+            self.tracks_of(alive, number)
         for subscription, expected in ((early, ["Born", "Died"]), (late, ["Died"])):
-            _, events = self.told(subscription, 5)
+            _, events = self.tracks_of(subscription, 5)
             self.assertEqual([event.happening.case for event in events], expected)
             self.assertEqual(subscription.mirrors()[self.name].tracks.alive, {})
 
     def test_another_request(self) -> None:
         subscription = self.follow("alive")
         self.show()
-        self.told(subscription, 1)
+        self.tracks_of(subscription, 1)
         self.stream.commit()
-        frame, _ = self.told(subscription, 2)
+        frame, _ = self.tracks_of(subscription, 2)
         self.assertEqual((len(frame.tracks), frame.track_cycles), (1, {}))
         subscription.want_tracks("cycles")
         self.stream.commit()
-        frame, _ = self.told(subscription, 3)
+        frame, _ = self.tracks_of(subscription, 3)
         self.assertEqual((len(frame.tracks), frame.tracks.keys()), (1, frame.track_cycles.keys()))
         subscription.want_tracks(None)
         self.stream.commit()
@@ -136,12 +136,12 @@ class Tracks(unittest.TestCase):
     def test_another_view(self) -> None:
         subscription = self.follow("alive")
         self.show()
-        self.told(subscription, 1)
+        self.tracks_of(subscription, 1)
         self.stream.commit()
-        self.told(subscription, 2)
+        self.tracks_of(subscription, 2)
         subscription.change_view(k=1, l=1, simplify=True)
         self.stream.commit()
-        frame, events = self.told(subscription, 3)
+        frame, events = self.tracks_of(subscription, 3)
         self.assertEqual((events, [track.age for track in frame.tracks.values()]), ([], [3]))
         self.assertEqual(frame.view, hopes.View.of(k=1, l=1, simplify=True))
 
