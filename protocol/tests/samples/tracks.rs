@@ -114,10 +114,10 @@ fn events_alone() -> Vec<Sample> {
         Happening::Reselected,
         Happening::Died,
     ];
-    let event = |(frame, happening)| {
+    let numbered = |(frame, happening)| {
         event(frame, None, happening, Track { selected: happening != Happening::Unselected, ..large(frame - 248) })
     };
-    let events: Vec<TrackEvent> = (251..).zip(ones).map(event).collect();
+    let events: Vec<TrackEvent> = (251..).zip(ones).map(numbered).collect();
     let together = Tracks { from: 250, frame: 255, events: events.clone(), alive: None, ..start.clone() };
     let alone = |name: &'static str, from: u64, event: TrackEvent| {
         sample(name, 0xFFFF, Tracks { from, frame: event.frame, events: vec![event], ..together.clone() })
