@@ -1,17 +1,18 @@
 // The strongest rival we can write: persistence and MST of a planar cloud on top of CGAL, in one thread.
 //
-//   g++ -std=c++17 -O3 -march=native -DNDEBUG cgal_pass.cpp -o cgal_pass -lgmp -lmpfr
-//   cgal_pass FILE [--repeat N] [--plain]
+//     g++ -std=c++17 -O3 -march=native -DNDEBUG cgal_pass.cpp -o cgal_pass -lgmp -lmpfr
+//     cgal_pass FILE [--repeat N] [--plain]
 //
-// FILE holds little-endian f64 pairs x, y. What is timed starts from the points in memory and ends with every dot
-// (birth, death, critical edge) and every MST edge in memory. One JSON line is printed: counts, the sum of all
-// persistence, the MST length, and seconds per repeat. Scales are radii outside and squared radii inside.
+// FILE holds little-endian f64 pairs x, y. The time starts with the points in memory and ends with every dot (birth,
+// death, critical edge) and every MST edge in memory. One JSON line is printed: counts, the sum of all persistence, the
+// MST length, and seconds per repeat. Scales are radii outside and squared radii inside.
 //
-// Two things make it fast. The dual union-find needs no boundary matrix; and a face with an obtuse or right angle
-// dies the moment it is born, so it is contracted into the neighbour behind its longest edge before anything is
-// sorted: of a random cloud that leaves two thirds of the edges (the Gabriel ones) and half of the faces (the acute
-// ones). With --plain the second is left out: every finite edge at its alpha value, std::sort, one union-find over all
-// faces, which is how the dual pass is written down.
+// Two things make it fast. The dual union-find needs no boundary matrix. And a face with an obtuse or right angle dies
+// when it is born, so it is contracted into the neighbour behind its longest edge before anything is sorted: of a
+// random cloud that leaves two thirds of the edges (the Gabriel ones) and half of the faces (the acute ones).
+//
+// With --plain the second is left out: every finite edge at its alpha value, std::sort, one union-find over all faces.
+// This is the dual algorithm as papers give it.
 
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -77,7 +78,7 @@ Triangulation triangulate(const std::vector<Point>& points) {
     made.sites.reserve(points.size());
     for (Id id = 0; id < points.size(); ++id) made.sites.emplace_back(points[id], id);
 
-    // Sorting whole sites, not indices to them, keeps the sort and the insertion in cache.
+    // Sorting whole sites instead of indices keeps the sort and the insertion in cache.
     using Coordinates = CGAL::First_of_pair_property_map<Site>;
     const CGAL::Spatial_sort_traits_adapter_2<Kernel, Coordinates> traits;
     CGAL::spatial_sort(made.sites.begin(), made.sites.end(), traits);
@@ -93,14 +94,14 @@ Triangulation triangulate(const std::vector<Point>& points) {
 
 // ---------------------------------------------------------------------------------------------------- filtration
 
-// Side i of a face lies opposite its corner i. Twenty-eight bytes: at a million points, memory is what costs.
+// Side i of a face is opposite its corner i. It has 28 bytes: at a million points memory is the bottleneck.
 struct FlatFace {
     std::array<Id, 3> corners; // places of sites
     std::array<Id, 3> neighbours;
     int widest; // the side opposite an obtuse or right angle, or ACUTE
 };
 
-// The sign of (p - q).(r - q) <= 0, exact: slivers must not turn the contraction into a cycle.
+// The sign of (p - q).(r - q) <= 0. It is exact, since slivers must not turn the contraction into a cycle.
 bool obtuse_or_right(const Point& p, const Point& q, const Point& r) {
     const double along_x = (p.x() - q.x()) * (r.x() - q.x()), along_y = (p.y() - q.y()) * (r.y() - q.y());
     const double dot = along_x + along_y;
@@ -114,7 +115,7 @@ int widest_side(const Point& a, const Point& b, const Point& c) {
     return at_a ? 0 : at_b ? 1 : at_c ? 2 : ACUTE;
 }
 
-// CGAL's faces are nodes of pointers: one pass numbers and measures them, one more reads the neighbours' numbers.
+// CGAL's faces are nodes with pointers: one pass numbers and measures them, one more reads the neighbours' numbers.
 std::vector<FlatFace> flatten(Delaunay& delaunay) {
     std::vector<FlatFace> faces{{{}, {}, ACUTE}}; // the outer face
     faces.reserve(1 + delaunay.number_of_faces());
@@ -131,8 +132,8 @@ std::vector<FlatFace> flatten(Delaunay& delaunay) {
 
 // ---------------------------------------------------------------------------------------------------- contraction
 
-// Where each face goes: the neighbour behind its attached side, whose circumradius is no smaller; an acute face and
-// the outer one stay. Two right angles facing each other over a common diameter would swap: the first one stays.
+// The target of each face: the neighbour behind its attached side, whose circumradius is no smaller. An acute face and
+// the outer face stay. Two right angles that face each other over a common diameter would swap, so the first one stays.
 std::vector<Id> flow(const std::vector<FlatFace>& faces) {
     std::vector<Id> into(faces.size());
     for (Id f = 0; f < faces.size(); ++f)
@@ -148,7 +149,7 @@ Id find(Links& parent, Id node) {
     return node;
 }
 
-// The dual graph that is left: its nodes are the faces that stay, weighted by squared circumradius.
+// The remaining dual graph: its nodes are the faces that stay, weighted by squared circumradius.
 struct Dual {
     struct Link {
         Id one, other; // nodes
@@ -181,7 +182,7 @@ double squared_circumradius(const FlatFace& face, const std::vector<Site>& sites
     return CGAL::squared_radius(sites[a].first, sites[b].first, sites[c].first);
 }
 
-// The node of every face, numbered densely in face order, so that neighbours in the plane stay near in memory.
+// The node of every face. Nodes are numbered in face order, so that neighbours in the plane are close in memory.
 std::vector<Id> contract(const std::vector<FlatFace>& faces, const std::vector<Site>& sites,
                          const std::vector<Id>& into, Dual& dual) {
     std::vector<Id> root = into, node(faces.size());
@@ -195,7 +196,7 @@ std::vector<Id> contract(const std::vector<FlatFace>& faces, const std::vector<S
     return node;
 }
 
-// Attached sides are done with; a Gabriel edge inside one node closes a loop of larger ones, so it is in the MST.
+// Attached sides are done. A Gabriel edge inside one node closes a loop of larger ones, so it is in the MST.
 Dual reduce(const std::vector<FlatFace>& faces, const std::vector<Site>& sites, std::vector<Edge>& mst) {
     Dual dual;
     const std::vector<Id> into = flow(faces), node = contract(faces, sites, into, dual);
@@ -222,7 +223,7 @@ Dual reduce(const std::vector<FlatFace>& faces, const std::vector<Site>& sites, 
 
 // ---------------------------------------------------------------------------------------------------------- sorting
 
-// Radix passes over the upper half of the keys; the few runs that agree there are finished by comparison.
+// Radix passes over the upper half of the keys. The few runs of equal halves are sorted by comparison.
 void sort_by_key(std::vector<Dual::Key>& keys) {
     constexpr int DIGIT = 11, SIZE = 1 << DIGIT;
     constexpr std::array<int, 3> SHIFTS{31, 42, 53};
@@ -253,7 +254,7 @@ void add_dot(std::vector<Dot>& dots, double squared_length, double squared_death
 }
 
 // From the longest edge down: an edge between two components ends the younger one (the smaller maximum) and is the
-// critical edge of its dot; an edge inside a component is in the MST. The root of a component is its maximum.
+// critical edge of its dot. An edge inside a component is in the MST. The root of a component is its maximum.
 void sweep(const Dual& dual, Skeleton& skeleton) {
     constexpr std::size_t AHEAD = 16;
     std::vector<Id> parent(dual.weight.size());
@@ -278,7 +279,7 @@ void sweep(const Dual& dual, Skeleton& skeleton) {
     }
 }
 
-// The dual graph as it is: all faces, all edges at the scale at which they enter.
+// The dual graph without contraction: all faces, all edges with the scale at which they enter.
 Dual uncontracted(const std::vector<FlatFace>& faces, const std::vector<Site>& sites) {
     Dual dual;
     dual.weight.assign(faces.size(), std::numeric_limits<double>::infinity());
@@ -372,7 +373,7 @@ Skeleton timed_pass(const std::vector<Point>& points, bool plain, Times& times) 
     return skeleton;
 }
 
-// Not getrusage: its maximum starts from that of whoever launched us.
+// getrusage is not used: its maximum starts from that of the parent process.
 long long peak_rss_bytes() {
     std::ifstream status("/proc/self/status");
     for (std::string line; std::getline(status, line);)

@@ -1,5 +1,5 @@
-//! Criterion benches of edge detection on one core: a frame of 1280 x 720 pixels, made of twelve times a piece of a
-//! film, and one of noise, at the paper's thresholds and at low ones.
+//! Criterion benches of edge detection on one core: a frame of 1280 x 720 pixels, made of twelve copies of a piece of a
+//! film, and one of noise, with the paper's thresholds and with low ones.
 //!
 //! A camera of 60 frames a second leaves 16.7 ms for each. Run: `cargo bench --bench edges`.
 
@@ -13,7 +13,7 @@ use hopes::edges::{Detector, Options, View};
 const WIDTH: usize = 1280;
 const HEIGHT: usize = 720;
 
-/// A piece of a film, side by side and one below the other.
+/// Copies of a piece of a film, in rows and columns.
 fn film() -> Vec<u8> {
     let file = File::open("tests/data/edges/bunny-gray.png").expect("it is part of the project");
     let mut reader = png::Decoder::new(BufReader::new(file)).read_info().expect("it is a PNG");
@@ -23,7 +23,7 @@ fn film() -> Vec<u8> {
     (0..WIDTH * HEIGHT).map(|at| piece[(at / WIDTH % height) * width + at % WIDTH % width]).collect()
 }
 
-/// No two runs of pixels alike: the worst that can come.
+/// Every run of pixels is different. This is the worst case.
 fn noise() -> Vec<u8> {
     let mut state = 1_u64;
     let mut next = || {

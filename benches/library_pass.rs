@@ -1,7 +1,9 @@
-//! Times the library on one cloud: points in memory to all dots, the tree, HoPeS and HoPeS_{1,1}, on one thread or several.
+//! Times the library on one cloud: from points in memory to all dots, the tree, HoPeS and HoPeS_{1,1}, on one thread or
+//! several.
 //!
-//! In: a file of little-endian doubles, x and y in turn. Out: one line of JSON on stdout, seconds per repetition: the whole, its
-//! stages, and `spade`'s own bulk load of the same cloud in the same run. `benches/peers.py` calls it.
+//! In: a file of little-endian doubles, x and y in turn. Out: one line of JSON on stdout with the seconds of each
+//! repetition: the whole, its stages, and `spade`'s own bulk load of the same cloud in the same run. `benches/peers.py`
+//! calls it.
 //!
 //! `cargo run --release --example library_pass -- cloud.bin --repeat 5 --threads 2`
 
@@ -69,7 +71,7 @@ struct Round {
 }
 
 fn round(points: &[[f64; 2]]) -> Round {
-    // As for its peers, what is timed ends with the answer in memory, before anything is let go.
+    // As for its peers, the time ends with the answer in memory, before anything is freed.
     let (whole, _) = timed(|| {
         let mut pipeline = Pipeline::new(Options::default());
         pipeline.feed_points(points, None);
@@ -84,7 +86,7 @@ fn round(points: &[[f64; 2]]) -> Round {
     Round { whole, bare_spade, stages, skeleton }
 }
 
-/// The pipeline's stages one by one, as it runs them.
+/// The pipeline's stages one by one, in the pipeline's order.
 fn stages(points: &[[f64; 2]]) -> ([f64; 7], Skeleton) {
     let (cloud_seconds, (cloud, change)) = timed(|| {
         let mut cloud = Cloud::new(Window::All, None);
@@ -121,7 +123,7 @@ fn timed<T>(run: impl FnOnce() -> T) -> (f64, T) {
     (start.elapsed().as_secs_f64(), result)
 }
 
-/// The process' high-water mark, where the system tells it.
+/// The process' peak of resident memory, where the system reports it.
 fn peak_rss() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,10 +1,15 @@
-//! Times live frames: some points of a cloud replaced, and what changed in HoPeS_{1,1}; beside bare `spade` doing the same updates in the same
-//! order with the same hint generator, in the same run. (The library begins the search for a new vertex in its leaf of the tiles, where that is nearer.)
+//! Times live frames: some points of a cloud are replaced, and HoPeS_{1,1} is updated. For comparison plain `spade`
+//! does the same updates in the same order with the same hint generator, in the same run. (The library starts the
+//! search for a new vertex in its leaf of the tiles, where that is closer.)
 //!
-//! In: a scene and sizes. Out: one line of JSON on stdout: medians over the frames, in milliseconds, of `spade`'s insertions and removals and of the
-//! whole frame (points into the window, triangulation, reduction, view, diff), their ratio, tiles reduced, changes told, peak memory. With
-//! `--alone` there is no bare `spade`, whose memory is in the peak too; with `--check` neither, and every frame is compared with recomputation from
-//! scratch, outside of the time: the first difference ends it. With `--tracks M` the M most persistent cycles are tracked as well, after the frame: what that takes is told apart.
+//! In: a scene and sizes. Out: one line of JSON on stdout: medians over the frames, in milliseconds, of `spade`'s
+//! insertions and removals and of the whole frame (points into the window, triangulation, reduction, view, diff), their
+//! ratio, reduced tiles, reported changes, peak memory.
+//!
+//! With `--alone` plain `spade`, whose memory is in the peak too, is left out. With `--check` it is left out too, and
+//! every frame is compared with recomputation from scratch, outside of the measured time; the first difference ends the
+//! run. With `--tracks M` the M most persistent cycles are tracked too, after the frame; that time is reported
+//! separately.
 //!
 //! `cargo run --release --example live_frames -- sweep --points 100000 --replace 1000 --frames 100 --threads 1`
 
@@ -39,7 +44,7 @@ fn main() -> Result<(), Error> {
     let first = scene.points(run.points);
     let mut bare = (!run.alone).then(|| Bare::new(&first));
     let mut frames = Frames::default();
-    // The first frame is loaded, and the tiles are made in the second.
+    // The first frame is loaded, and the tiles are built in the second.
     for (number, batch) in std::iter::once(first).chain((0..=run.frames).map(|_| Vec::new())).enumerate() {
         let batch = if number == 0 { batch } else { scene.points(run.replace) };
         let start = Instant::now();
@@ -63,10 +68,10 @@ fn main() -> Result<(), Error> {
         frames.alive.push(alive.unwrap_or(0) as f64);
         frames.tiles.push(pipeline.tiles_reduced() as f64);
         let diff = step.diff;
-        frames.told.push((diff.tree_added.len() + diff.tree_removed.len() + diff.critical_set.len()) as f64);
+        frames.changes.push((diff.tree_added.len() + diff.tree_removed.len() + diff.critical_set.len()) as f64);
     }
-    let [ours, spade, tiles, told, tracking, alive] =
-        [&frames.ours, &frames.spade, &frames.tiles, &frames.told, &frames.tracking, &frames.alive]
+    let [ours, spade, tiles, changes, tracking, alive] =
+        [&frames.ours, &frames.spade, &frames.tiles, &frames.changes, &frames.tracking, &frames.alive]
             .map(|list| median(list));
     let tracks = run.tracks.map(|_| json!({ "alive": alive, "ms": round(tracking), "share": round(tracking / ours) }));
     println!(
@@ -74,13 +79,13 @@ fn main() -> Result<(), Error> {
         json!({
             "scene": run.scene, "points": run.points, "replaced": run.replace, "frames": run.frames, "threads": run.threads,
             "spade_ms": round(spade), "frame_ms": round(ours), "ratio": round(ours / spade), "rest_ms": round(ours - spade),
-            "tiles_reduced": tiles, "edges_told": told, "checked": run.check, "peak_mib": peak_mib(), "tracks": tracks,
+            "tiles_reduced": tiles, "edges_told": changes, "checked": run.check, "peak_mib": peak_mib(), "tracks": tracks,
         })
     );
     Ok(())
 }
 
-/// What is asked for.
+/// The options of a run.
 struct Run {
     scene: String,
     points: usize,
@@ -138,7 +143,7 @@ struct Frames {
     ours: Vec<f64>,
     spade: Vec<f64>,
     tiles: Vec<f64>,
-    told: Vec<f64>,
+    changes: Vec<f64>,
     tracking: Vec<f64>,
     alive: Vec<f64>,
 }
@@ -153,7 +158,7 @@ fn round(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
 }
 
-/// Where points come from, the same in every run.
+/// The points, the same in every run.
 struct Scene {
     kind: String,
     cloud: usize,
@@ -197,17 +202,18 @@ impl Scene {
         self.next += 1;
         match self.kind.as_str() {
             "spread" => [self.unit(), self.unit()],
-            // A scanner goes round ten rings, one after the other, and is back after as many points as the cloud has.
+            // A scanner goes round ten rings, one after the other. After as many points as the cloud has, it starts
+            // again.
             "sweep" => {
                 let way = (number % self.cloud) as f64 / self.cloud as f64 * 10.0;
                 self.on_ring(way as usize, way.fract(), [0.0; 2])
             }
-            // A hundred rings, points anywhere on any of them.
+            // A hundred rings, with points anywhere on any of them.
             "rings" => {
                 let (ring, angle) = ((self.unit() * 100.0) as usize, self.unit());
                 self.on_ring(ring, angle, [0.0; 2])
             }
-            // Ten rings go their own ways; all points have been replaced after they have moved by a diameter or two.
+            // Ten rings move independently. All points are replaced while a ring moves by one or two diameters.
             _ => {
                 let (ring, angle, time) = (number % 10, self.unit(), number as f64 / self.cloud as f64);
                 self.on_ring(ring, angle, [time * (ring as f64 - 4.0), time])
@@ -215,14 +221,14 @@ impl Scene {
         }
     }
 
-    /// A point on a ring of radius 1 with noise of about 5% of it, at an angle in turns.
+    /// A point on a ring of radius 1 with noise of about 5%, at an angle in turns.
     fn on_ring(&mut self, ring: usize, angle: f64, moved: Point) -> Point {
         let radius = 1.0 + 0.1 * (self.unit() + self.unit() + self.unit() - 1.5);
         let (sin, cos) = (angle * TAU).sin_cos();
         [(ring % 4) as f64 * 3.0 + radius * cos + moved[0], (ring / 4) as f64 * 3.0 + radius * sin + moved[1]]
     }
 
-    /// The next frame of the video, side by side with those after it until there are enough points.
+    /// The next frame of the video, next to those after it until there are enough points.
     fn picture(&mut self, count: usize) -> Vec<Point> {
         self.next += 1;
         let frames = self.video.iter().cycle().skip(self.next).take(1 + count / 1000);
@@ -236,7 +242,7 @@ impl Scene {
 #[derive(Clone, Copy)]
 struct Site {
     position: Point2<f64>,
-    /// Its place among as many as there can be at once.
+    /// Its slot among the largest possible number of points.
     place: u32,
 }
 
@@ -250,7 +256,7 @@ impl HasPosition for Site {
 
 type Spade = DelaunayTriangulation<Site, (), (), (), LastUsedVertexHintGenerator>;
 
-/// `spade` alone, with the least that is needed to remove its oldest vertices.
+/// Plain `spade`, with the minimum that is needed to remove its oldest vertices.
 struct Bare {
     spade: Spade,
     handles: Vec<FixedVertexHandle>,
@@ -267,7 +273,7 @@ impl Bare {
         Self { spade, handles, points: points.iter().copied().zip(0..).collect(), next: points.len() }
     }
 
-    /// Seconds that the insertions and removals of one frame took.
+    /// The seconds of the insertions and removals of one frame.
     fn replace(&mut self, batch: &[Point], scene: &str) -> f64 {
         if scene == "camera" {
             let sites: Vec<Site> = batch.iter().map(|&point| site(point, 0)).collect();
@@ -309,7 +315,7 @@ fn order(points: &[(Point, u32)]) -> Vec<usize> {
     along_curve(positions.iter().copied())
 }
 
-/// The process' high-water mark, where the system tells it; bare `spade` is in it too.
+/// The process' peak of resident memory, where the system reports it. Plain `spade` is included.
 fn peak_mib() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

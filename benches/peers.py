@@ -1,25 +1,25 @@
 #!/usr/bin/env python3
-"""Time hopes against its peers on the same clouds, in the same run, and check that all of them agree.
+"""Compares hopes with other programs on the same clouds in the same run, and checks that all of them agree.
 
-Contenders, each in a fresh process, taking turns round by round so that a busy machine slows all of them alike:
+Contenders, each in a fresh process. They take turns round by round, so that a busy machine slows all of them alike:
 
     gudhi     GUDHI's alpha complex (precision 'fast') and persistence over Z/2, from a NumPy array in memory
     dual      cgal_pass.cpp --plain, C++ on CGAL's triangulation: sort all edges, one dual union-find (--cgal)
-    cgal      cgal_pass.cpp, the same with our own contraction and a radix sort: the strongest rival we could write (--cgal)
+    cgal      cgal_pass.cpp, the same with our contraction and a radix sort: the strongest rival (--cgal)
     library   the example library_pass: points in memory -> dots, MST and skeletons, one thread
-    compute   the whole process `hopes compute FILE.csv -o OUT.json`, from reading the text to writing the answer
+    compute   the process `hopes compute FILE.csv -o OUT.json`, from reading the text to writing the answer
 
-Clouds are seeded, hence the same on every machine: `uniform` in the unit square, `circle` (radius 1, radial noise
+Clouds are seeded, so they are the same on every machine: `uniform` in the unit square, `circle` (radius 1, radial noise
 of up to 0.1) and `pixel` (a random quarter of the positions of a square integer grid, full of cocircular points).
 
-In: nothing but this repository, a Rust toolchain and, for `dual` and `cgal`, g++. What else is needed (a virtual environment
-with gudhi and numpy, the CGAL headers where apt-get may install them, clouds as CSV and binary files) is made under
+In: this repository, a Rust toolchain and, for `dual` and `cgal`, g++. Everything else (a virtual environment with gudhi
+and numpy, the CGAL headers where apt-get may install them, clouds as CSV and binary files) is made under
 benches/.peers/ on first use.
 
-Out: a Markdown table on standard output, progress on standard error, and with --json everything measured. Times
-are medians of the rounds with their range. Contenders agree when the number of dots whose persistence exceeds 1e-9
-of their death is the same and the sum of persistence and the MST length are within 1e-6. Peaks are of resident
-memory; for `compute` the system counts no less than this script's own (about 15 MiB).
+Out: a Markdown table on standard output, progress on standard error, and with --json all measurements. Times are
+medians of the rounds with their range. Contenders agree if the number of dots whose persistence exceeds 1e-9 of their
+death is the same and the sum of persistence and the MST length are within 1e-6. Peaks are of resident memory; for
+`compute` the system counts no less than this script's own (about 15 MiB).
 
 Exit code: 0 all agree, 1 some disagree, 2 something is missing or failed.
 
@@ -71,7 +71,7 @@ Answer = dict[str, float]
 
 
 class Missing(Exception):
-    """Something this comparison needs is not there, or failed."""
+    """A prerequisite of this comparison is missing or failed."""
 
 
 # Clouds
@@ -129,7 +129,7 @@ def write_cloud(cloud: Cloud) -> None:
     cloud.binary.write_bytes(flat.tobytes())  # last: its presence says that both are complete
 
 
-# Answers: what a contender found, in numbers that any two can be compared by
+# Answers: the results of a contender, as numbers that can be compared
 
 
 def summary(births: Iterable[float], deaths: Iterable[float], mst_length: float) -> Answer:
@@ -144,7 +144,7 @@ def summary(births: Iterable[float], deaths: Iterable[float], mst_length: float)
 
 
 def gudhi_pass(file: str, repeat: int) -> dict[str, Any]:
-    """Run in the virtual environment. GUDHI's filtration values are squared radii."""
+    """Runs in the virtual environment. GUDHI's filtration values are squared radii."""
     import gudhi
     import numpy
 
@@ -181,9 +181,10 @@ def read_compute_answer(file: str) -> Answer:
 
 
 def compared(one: Answer, other: Answer) -> Iterator[tuple[str, float]]:
-    """The keys two answers are compared by, each with its relative tolerance; nobody need report them all.
+    """The keys by which two answers are compared, with their relative tolerances. Not every answer has all keys.
 
-    All `dots` count only where one side does not tell the clear ones: those close to the diagonal depend on rounding.
+    `dots` counts only if one side does not have the count of clear dots, since dots close to the diagonal depend on
+    rounding.
     """
     shared = one.keys() & other.keys()
     yield ("clear_dots" if "clear_dots" in shared else "dots"), 0
@@ -207,7 +208,7 @@ def say(text: str) -> None:
 
 
 def run(*command: str | Path) -> str:
-    """Standard output of a command that must succeed."""
+    """The standard output of a command that must succeed."""
     line = [str(part) for part in command]
     try:
         return subprocess.run(line, cwd=ROOT, check=True, text=True, stdout=subprocess.PIPE).stdout
@@ -218,7 +219,7 @@ def run(*command: str | Path) -> str:
 
 
 def work(task: str, *arguments: str, python: str | Path = sys.executable) -> str:
-    """Do a task of `TASKS` in a process of its own: this one must stay small, as a child's peak starts from ours."""
+    """Runs a task of `TASKS` in its own process. This one must stay small, since a child's peak starts from ours."""
     return run(python, __file__, "--task", task, *arguments)
 
 
@@ -305,7 +306,7 @@ def launch(command: list[str]) -> Ended:
 
 
 def measure_pass(measured: Measured, command: list[str]) -> None:
-    """A contender that times itself and prints one JSON line."""
+    """A contender that measures its own time and prints one JSON line."""
     line = json.loads(launch(command).output)
     measured.seconds.append(statistics.median(line["seconds"]))
     measured.peak_bytes.append(line["peak_rss_bytes"])
@@ -444,7 +445,7 @@ def positive(text: str) -> int:
 
 
 def writable(text: str) -> Path:
-    """Known before the measuring starts, not after it."""
+    """Checks the arguments before the measurements start."""
     if not Path(text).absolute().parent.is_dir():
         raise argparse.ArgumentTypeError(f"{text!r} is in no existing folder")
     return Path(text)

@@ -1,8 +1,8 @@
-//! Criterion benches of the core, each beside bare `spade` doing the same updates, which is our limit.
+//! Criterion benches of the core, each compared with plain `spade` on the same updates, which is the lower limit.
 //!
-//! Groups: `bulk` (the triangulation from scratch), `insert` and `remove` (1,000 points, one by one), `pass` (filtration, reduction
-//! and skeleton of a mesh at hand), `frame` (points in memory to HoPeS_{1,1}; and 1,000 points replaced, anywhere, to what changed in it;
-//! `live_frames` has more of these). At n = 1e4 and 1e5, and 1e6 with
+//! Groups: `bulk` (the triangulation from scratch), `insert` and `remove` (1,000 points, one by one), `pass`
+//! (filtration, reduction and skeleton of a given mesh), `frame` (points in memory to HoPeS_{1,1}; and 1,000 points
+//! replaced anywhere, to the diff of it; `live_frames` has more of these). At n = 1e4 and 1e5, and 1e6 with
 //! `HOPES_BENCH_LARGE=1`. Run: `cargo bench --bench pipeline`.
 
 use std::hint::black_box;
@@ -140,7 +140,7 @@ fn pass(c: &mut Criterion) {
     group.finish();
 }
 
-/// Everything after the triangulation.
+/// All stages after the triangulation.
 fn skeleton(cloud: &Cloud, mesh: &Mesh) -> Skeleton {
     let (basins, links) = Basins::contract(mesh, Filtration::new(mesh));
     Skeleton::new(cloud, mesh, &basins, links)

@@ -1,5 +1,5 @@
-//! Every cloud of `tests/cases` against its exact answer (see `tests/cases/README.md`): dots, tree length, and for every
-//! (k, l) the gaps, the kept edges, the cycles and the components.
+//! Every cloud of `tests/cases` against its exact answer (see `tests/cases/README.md`): dots, tree length, and for
+//! every (k, l) the gaps, edges, cycles and components.
 
 mod common;
 
@@ -8,10 +8,10 @@ use std::num::NonZeroU32;
 use common::{Answer, Case, cases, skeleton_of};
 use hopes::topology::{Skeleton, View, ViewSpec};
 
-/// Births and deaths agree to this, relative to the largest death.
+/// The tolerance for births and deaths, relative to the largest death.
 const CLOSE: f64 = 1e-9;
 
-/// Their coordinates are rounded, so ties are off by an ulp: dots and tree are compared, skeletons are not.
+/// Rounded coordinates: ties differ by an ulp. Dots and trees are compared, skeletons are not.
 const ROUNDED_TIES: [&str; 3] = ["lattice_20x20_step0.1", "lattice_tri_sqrt3", "regular_60gon_float"];
 
 #[test]
@@ -31,7 +31,7 @@ fn dots_are_exact() {
 
 fn assert_same_dots(case: &Case, mut ours: Vec<[f64; 2]>, mut theirs: Vec<[f64; 2]>) {
     let largest = theirs.iter().map(|dot| dot[1]).fold(0.0, f64::max);
-    // Births that differ by rounding only are one value, within which deaths decide the order.
+    // Births that differ only by rounding count as one value. Among them the deaths decide the order.
     theirs.retain(|dot| dot[1] - dot[0] > 1e-12 * dot[1]);
     for dots in [&mut ours, &mut theirs] {
         dots.sort_by(|a, b| a.partial_cmp(b).unwrap());
@@ -97,7 +97,7 @@ fn assert_view(what: &str, answer: &Answer, skeleton: &Skeleton, view: &View, wa
     assert!((length - want.length).abs() <= CLOSE * want.length, "{what}: length");
 }
 
-/// Critical edges are unique where no two edges, and no two triangles, tie.
+/// Critical edges are unique if no two edges and no two triangles tie.
 #[test]
 fn critical_edges_are_exact_without_ties() {
     let tie_free =

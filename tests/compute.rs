@@ -1,4 +1,4 @@
-//! `hopes compute` as its users meet it: files and pipes in, answers, pictures, messages and exit codes out.
+//! `hopes compute` as a process: files and pipes as input; answers, pictures, messages and exit codes as output.
 
 mod common;
 
@@ -12,22 +12,22 @@ use common::reply::{Margins, Reply, Simplified, half_length};
 use common::{Case, DerivedAnswer, cases};
 use serde_json::{Value, json};
 
-/// Scales agree to this, relative to the largest death.
+/// The tolerance for scales, relative to the largest death.
 const CLOSE: f64 = 1e-9;
 
-/// Their coordinates are rounded, so ties are off by an ulp: dots and tree are compared, skeletons are not.
+/// Rounded coordinates: ties differ by an ulp. Dots and trees are compared, skeletons are not.
 const ROUNDED_TIES: [&str; 3] = ["lattice_20x20_step0.1", "lattice_tri_sqrt3", "regular_60gon_float"];
 
 const SQUARE: &str = "0,0\n1,0\n1,1\n0,1\n";
 
-/// Two squares that share a side, and a point in the air.
+/// Two squares that share a side, and an isolated point.
 const SQUARES: &str = "0,0\n2,0\n2,2\n0,2\n5,0\n5,2\n9,9\n";
 
 fn reply(program: &Hopes, input: impl AsRef<[u8]>) -> Reply {
     Reply::of(program.reads(input).out())
 }
 
-/// What the arguments make of an input.
+/// The answer for these arguments and this input.
 fn answer(arguments: &str, input: impl AsRef<[u8]>) -> Reply {
     reply(&hopes(&format!("compute - {arguments}")), input)
 }
@@ -45,7 +45,7 @@ fn random_points(seed: u64, count: usize) -> Vec<[f64; 2]> {
     (0..count).map(|_| random.point()).collect()
 }
 
-// ---- what is answered
+// ---- answers
 
 #[test]
 fn an_answer_has_exactly_these_keys() {
@@ -82,7 +82,7 @@ fn an_answer_has_exactly_these_keys() {
 }
 
 #[test]
-fn other_views_have_their_own_keys() {
+fn the_keys_depend_on_the_view() {
     let keys = |arguments: &str, pointer: &str| -> Vec<String> {
         let answer: Value = serde_json::from_slice(&hopes(arguments).reads(SQUARE).out()).unwrap();
         let mut keys: Vec<_> = answer.pointer(pointer).unwrap().as_object().unwrap().keys().cloned().collect();
@@ -100,7 +100,7 @@ fn other_views_have_their_own_keys() {
 }
 
 #[test]
-fn what_is_infinite_is_null() {
+fn infinite_values_are_null() {
     let two = answer("", "0,0\n1,0\n").view;
     assert_eq!((two.ds, two.vs), (None, None));
     assert_eq!(two.margins, Some(Margins { diagonal: None, vertical: None }));
@@ -141,7 +141,7 @@ fn assert_exact(case: &Case, reply: &Reply) {
         values.sort_by(f64::total_cmp);
         values
     };
-    // Dots are compared by their births, deaths, persistences and a mixture, each in order: ties need no pairing.
+    // Dots are compared by births, deaths, persistences and a mixture, each sorted. So ties need no pairing.
     for share in [[1.0, 0.0], [0.0, 1.0], [-1.0, 1.0], [1.0, 3.0]] {
         for (our, their) in sorted(&ours, share).into_iter().zip(sorted(&theirs, share)) {
             assert!((our - their).abs() <= 4.0 * CLOSE * largest, "{name}: {our} should be {their}");
@@ -181,7 +181,7 @@ fn assert_view(what: &str, reply: &Reply, want: &DerivedAnswer) {
 }
 
 #[test]
-fn a_reduced_view_shows_what_lives_at_its_scale() {
+fn a_reduced_view_has_the_cycles_alive_at_its_scale() {
     for name in ["fig1", "eight_n300_e0.05", "lattice_20x20", "n1"] {
         let whole = reply(&hopes("compute --full").with(case_file(name)), "");
         let lives = whole.dots.iter().step_by(7).map(|dot| f64::midpoint(dot.birth, dot.death));
@@ -200,7 +200,7 @@ fn a_reduced_view_shows_what_lives_at_its_scale() {
 }
 
 #[test]
-fn the_full_view_shows_everything() {
+fn the_full_view_has_all_edges() {
     for name in ["fig1", "eight_n300_e0.05", "empty0"] {
         let whole = reply(&hopes("compute --full").with(case_file(name)), "");
         let length: f64 = whole.dots.iter().map(|dot| 2.0 * dot.birth).sum::<f64>() + whole.mst.length;
@@ -260,7 +260,7 @@ fn components(vertices: usize, edges: &[[usize; 2]]) -> usize {
 }
 
 #[test]
-fn simplifying_below_nothing_changes_nothing() {
+fn simplifying_below_0_changes_nothing() {
     let simplified = answer("--simplify=0", SQUARES).simplified.unwrap();
     assert_eq!((simplified.threshold, simplified.vertices.len()), (Some(0.0), 7));
     let without_dots = answer("--simplify", "0,0\n3,4\n").simplified.unwrap();
@@ -275,7 +275,7 @@ fn a_resolution_snaps_points_to_a_grid() {
 }
 
 #[test]
-fn the_order_of_points_changes_numbers_and_nothing_else() {
+fn the_order_of_points_changes_only_indices() {
     let case = cases().find(|case| case.name == "lattice_rect3x7").unwrap();
     let mut points = case.points;
     let forward = answer("", csv(&points)).picture();
@@ -286,7 +286,7 @@ fn the_order_of_points_changes_numbers_and_nothing_else() {
 // ---- every form of input
 
 #[test]
-fn every_form_of_input_is_read_alike() {
+fn all_input_formats_give_the_same_answer() {
     let expected = hopes("compute -").reads("0,0\n2,0\n2,2.5\n-1e-1,2\n5,.25\n").out();
     let same = |arguments: &str, input: &str| {
         let got = hopes(&format!("compute - {arguments}")).reads(input).out();
@@ -322,7 +322,7 @@ fn every_form_of_input_is_read_alike() {
 }
 
 #[test]
-fn the_name_of_a_file_may_tell_its_form() {
+fn the_format_may_follow_from_the_file_name() {
     let folder = tempfile::tempdir().unwrap();
     let written = |name: &str, text: &str| {
         let file = folder.path().join(name);
@@ -332,13 +332,13 @@ fn the_name_of_a_file_may_tell_its_form() {
     for name in ["points.jsonl", "points.NDJSON", "points.json", "points", "points.csv"] {
         assert_eq!(reply(&written(name, "[1,2]\n"), "").vertices, [[1.0, 2.0]], "{name}");
     }
-    // A first line that is neither is a bad line of that form.
+    // A first line without either form is a bad line of the form that the name suggests.
     assert_eq!(reply(&written("points.jsonl", "1,2\n[3,4]\n"), "").vertices, [[3.0, 4.0]]);
     assert_eq!(reply(&written("points with blanks.txt", "1,2\n"), "").vertices, [[1.0, 2.0]]);
 }
 
 #[test]
-fn points_may_be_taken_back_and_commits_say_nothing() {
+fn points_can_be_retracted_and_commits_are_ignored() {
     let input = "{\"points\":[[0,0],[9,9],[1,0]]}\n{\"commit\":true}\n{\"retract\":[[9,9]]}\n[1,1]\n[0,1]\n";
     let expected = answer("", SQUARE);
     assert_eq!(answer("", input), expected);
@@ -346,7 +346,7 @@ fn points_may_be_taken_back_and_commits_say_nothing() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_pipe_may_bring_its_first_bytes_one_by_one() {
+fn the_first_bytes_of_a_pipe_may_come_one_by_one() {
     let mut running = hopes("compute -").start();
     for piece in ["# a comm", "ent\n", "\n", "[1", ",2]\n"] {
         running.say(piece);
@@ -358,7 +358,7 @@ fn a_pipe_may_bring_its_first_bytes_one_by_one() {
 // ---- small clouds
 
 #[test]
-fn small_clouds_are_no_special_case() {
+fn small_clouds_have_the_same_format() {
     for nothing in ["", "\n\n", "# nothing\n", "x,y\n", "\u{feff}"] {
         let empty = answer("", nothing);
         assert_eq!((empty.points, empty.rejected, empty.view.components), (0, 0, 0), "{nothing:?}");
@@ -379,10 +379,10 @@ fn a_negative_zero_is_a_zero() {
     assert!(!text.contains("-0"), "{text}");
 }
 
-// ---- what cannot be used
+// ---- invalid input
 
 #[test]
-fn arguments_that_do_not_go_together_are_refused_with_a_remedy() {
+fn conflicting_arguments_give_an_error_with_a_remedy() {
     for (arguments, words) in [
         ("compute", &["<FILE>", "Usage: hopes compute"][..]),
         ("compute a b", &["'b'"]),
@@ -410,13 +410,13 @@ fn arguments_that_do_not_go_together_are_refused_with_a_remedy() {
 }
 
 #[test]
-fn a_column_that_the_header_lacks_is_named() {
+fn a_missing_column_is_named() {
     let program = hopes("compute - --columns lon,alt");
     program.reads("# c\nlon,lat\n1,2\n").fails(1, &["line 2", "\"alt\"", "lon,lat", "number the columns from 1"]);
 }
 
 #[test]
-fn strict_stops_at_the_first_line_that_cannot_be_used() {
+fn strict_stops_at_the_first_bad_line() {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("answer.json");
     for (arguments, input, words) in [
@@ -442,7 +442,7 @@ fn strict_stops_at_the_first_line_that_cannot_be_used() {
     assert_eq!(hopes("compute - --strict").reads(SQUARE), hopes("compute -").reads(SQUARE));
 }
 
-/// Neither for a bad line, which the thread that reads finds, nor for a refusal by the one that takes in.
+/// Not for a bad line, which the reading thread finds, and not for a refusal by the thread that inserts.
 #[test]
 fn strict_does_not_wait_for_more_input() {
     let mut running = hopes("compute - --strict --input text").start();
@@ -454,7 +454,7 @@ fn strict_does_not_wait_for_more_input() {
 }
 
 #[test]
-fn what_cannot_be_used_is_named_and_counted_and_the_rest_goes_on() {
+fn bad_lines_are_named_counted_and_skipped() {
     let input = "# made by hand\nx,y\n0,0\nnan,1\n1,0\n# more\nzwei,3\n1,1\n1e300,0\n4\n0,-inf\n0,1e-50\n0,1\n,\n";
     let finished = hopes("compute -").reads(input);
     for reason in [
@@ -488,7 +488,7 @@ fn a_flood_of_bad_lines_is_counted_but_not_logged() {
 
 // ---- other formats
 
-/// What is drawn and tabled: with dots, without, with a simplified view, of a cloud and of none.
+/// Everything that is drawn or listed: with and without dots, of a simplified view, of a cloud and of an empty cloud.
 fn shown() -> impl Iterator<Item = Hopes> {
     let views = ["", "--full --simplify=0.5", "--alpha 2.2", "--k 2 --l 2 --simplify"];
     let names = ["fig1", "eight_n300_e0.05", "collinear_horizontal50", "theta_scale1e-9", "dup_all_same", "empty0"];
@@ -623,10 +623,10 @@ fn the_same_input_gives_the_same_output_byte_for_byte() {
     }
 }
 
-// ---- what fails
+// ---- failures
 
 #[test]
-fn what_cannot_be_opened_is_named() {
+fn a_file_that_cannot_be_opened_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let (missing, inside) = (folder.path().join("no such.csv"), folder.path().join("no such/answer.json"));
     hopes("compute").with(&missing).runs().fails(1, &["cannot open", &missing.to_string_lossy()]);
@@ -646,7 +646,7 @@ fn what_cannot_be_opened_is_named() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_no_success() {
+fn a_full_disk_is_a_failure() {
     for format in ["json", "csv", "geojson", "svg", "png"] {
         let program = hopes(&format!("compute --format {format}")).with(case_file("fig1"));
         program.with("-o").with("/dev/full").runs().fails(1, &["cannot write /dev/full", "No space left"]);
@@ -659,7 +659,7 @@ fn a_full_disk_is_no_success() {
 }
 
 #[test]
-fn whoever_has_read_enough_may_close_the_pipe() {
+fn a_closed_output_pipe_is_no_error() {
     let input = csv(&random_points(2, 20_000));
     for format in ["json", "csv", "geojson", "svg", "png"] {
         let mut running = hopes(&format!("compute - --format {format}")).start();
@@ -674,7 +674,7 @@ fn whoever_has_read_enough_may_close_the_pipe() {
 }
 
 #[test]
-fn a_closed_log_does_not_stop_the_work() {
+fn a_closed_stderr_does_not_stop_the_program() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("points.csv");
     std::fs::write(&file, SQUARE.to_owned() + &"bad,0\n".repeat(200)).unwrap();

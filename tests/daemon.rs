@@ -1,4 +1,5 @@
-//! The daemon as its peers meet it: a real process, real sockets, and clients that say every word themselves.
+//! The daemon as its peers see it: a real process, real sockets, and clients whose every message is written by the
+//! test.
 
 mod common;
 #[path = "daemon/ending.rs"]

@@ -1,39 +1,39 @@
-//! Small clouds against the definitions, taken literally: alpha persistence, the minimum spanning tree, reduced skeletons and their
-//! components and cycles, death triangles.
+//! Small clouds against the literal definitions: alpha persistence, the minimum spanning tree, reduced skeletons with
+//! their components and cycles, death triangles.
 
 mod common;
 
 use common::by_position::{ByPosition, DotAt};
-use common::clouds::{Ground, Point, cases, clouds_on};
+use common::clouds::{Placement, Point, cases, clouds_on};
 use common::naive::{Components, Naive, half_length, pairs, scalar_product};
 use common::skeleton_of;
 use hopes::topology::{Skeleton, View, ViewSpec};
 use proptest::prelude::*;
 use proptest::sample::Index;
 
-/// Where lengths as doubles have them are no closer than the definition's own rounding, unless they tie exactly.
-const GROUNDS: [Ground; 8] = [
-    Ground::Uniform,
-    Ground::Lattice,
-    Ground::Circles(5),
-    Ground::Circles(25),
-    Ground::Oblique,
-    Ground::Horizontal,
-    Ground::FarLattice,
-    Ground::Tiny,
+/// Kinds of places in which lengths either tie exactly or differ by more than rounding.
+const PLACEMENTS: [Placement; 8] = [
+    Placement::Uniform,
+    Placement::Lattice,
+    Placement::Circles(5),
+    Placement::Circles(25),
+    Placement::Oblique,
+    Placement::Horizontal,
+    Placement::FarLattice,
+    Placement::Tiny,
 ];
 
-/// A small cloud, now and then on very few positions, so that whole squares of a lattice come about.
+/// A small cloud, sometimes on very few positions, so that whole squares of a lattice occur.
 fn small_clouds() -> impl Strategy<Value = Vec<Point>> {
     let crowded = prop::collection::vec([0..4_i32, 0..4_i32].prop_map(|p| p.map(f64::from)), 0..13);
-    prop_oneof![3 => clouds_on(&GROUNDS, 0..13), 2 => crowded]
+    prop_oneof![3 => clouds_on(&PLACEMENTS, 0..13), 2 => crowded]
 }
 
 fn close(ours: f64, theirs: f64) -> bool {
     (ours - theirs).abs() <= 1e-9 * theirs
 }
 
-/// The triangle holds the centre of an empty circle, and is the one that the fan around the circle's smallest point names.
+/// The triangle contains the centre of an empty circle, and is the one of the fan around the circle's smallest point.
 fn assert_names_its_hole(naive: &Naive, dot: &DotAt) {
     let [a, b, c] = dot.triangle;
     let circle = naive.circles.iter().find(|circle| dot.triangle.iter().all(|p| circle.on.contains(p)));
@@ -48,7 +48,7 @@ fn assert_names_its_hole(naive: &Naive, dot: &DotAt) {
     assert!((distance - dot.death).abs() <= 1e-9 * dot.death + rounding, "{dot:?}: the hole's centre");
 }
 
-/// A view's components and cycles, counted on its own edges.
+/// Components and cycles of a view, counted on its own edges.
 fn counted(skeleton: &Skeleton, view: &View) -> (usize, usize) {
     let at = |v: u32| skeleton.vertices()[v as usize].position.xy();
     let points: Vec<Point> = (0..skeleton.vertices().len() as u32).map(at).collect();
@@ -59,7 +59,7 @@ fn counted(skeleton: &Skeleton, view: &View) -> (usize, usize) {
     (components.count(), cycles)
 }
 
-/// Components of the union of discs: two discs of radius alpha meet when their centres are at most 2 alpha apart.
+/// Components of a union of discs: two discs of radius alpha meet if their centres are at most 2 alpha apart.
 fn components_of_discs(points: &[Point], alpha: f64) -> usize {
     let mut components = Components::new(points);
     for [a, b] in pairs(points).into_iter().filter(|&pair| half_length(pair) <= alpha * (1.0 + 1e-12)) {
@@ -89,7 +89,7 @@ proptest! {
         }
     }
 
-    /// HoPeS(C; alpha): membership, components and cycles, at scales between the dots' own and exactly at them.
+    /// HoPeS(C; alpha): edges, components and cycles, at scales between the dots' own and exactly at them.
     #[test]
     fn reduced_skeletons_are_those_of_the_definition(cloud in small_clouds(), at in any::<Index>(), share in 0.0..1.5) {
         let skeleton = skeleton_of(&cloud);
@@ -123,9 +123,9 @@ proptest! {
     }
 }
 
-/// The whole of a square lattice: one dot a square, all of one label; the tree is a comb.
+/// A square lattice: one dot for each square, all with the same birth and death. The tree is a comb.
 #[test]
-fn a_lattice_has_a_dot_for_every_square() {
+fn a_lattice_has_one_dot_for_each_square() {
     let side = 5;
     let lattice: Vec<Point> = (0..side * side).map(|i| [f64::from(i / side), f64::from(i % side)]).collect();
     let skeleton = skeleton_of(&lattice);

@@ -1,12 +1,12 @@
-//! The triangulation's upkeep, through the stages by hand: small changes go in vertex by vertex, great ones in bulk, and either way it
-//! is a Delaunay triangulation of the cloud, with the skeleton that recomputation gives.
+//! The dynamic triangulation: small changes are made vertex by vertex, large ones in bulk. Both give a Delaunay
+//! triangulation of the cloud and the skeleton of a recomputation.
 
 mod common;
 
 use std::cmp::Ordering::{Equal, Greater, Less};
 
 use common::by_position::ByPosition;
-use common::clouds::{Ground, Point, cases, distinct};
+use common::clouds::{Placement, Point, cases, distinct};
 use common::skeleton_of;
 use hopes::topology::stages::{Basins, Delaunay, Filtration, Mesh, OUTER_FACE, Update};
 use hopes::topology::{Cloud, Position, Skeleton, Window};
@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use robust::Coord;
 
-/// A cloud and its triangulation, without an engine around them.
+/// A cloud and its triangulation, without a pipeline.
 struct Stages {
     cloud: Cloud,
     delaunay: Delaunay,
@@ -37,7 +37,7 @@ impl Stages {
         }
     }
 
-    /// Closes a frame and follows it; says how, and how many vertices changed.
+    /// Commits a frame and updates the triangulation. Returns how, and the number of changed vertices.
     fn follow(&mut self) -> (Update, usize) {
         self.cloud.commit();
         let change = self.cloud.take_change();
@@ -59,7 +59,7 @@ impl Stages {
     }
 }
 
-/// By definition: the faces tile the convex hull, and no circle around a triangle holds the corner across an edge.
+/// The definition: the faces tile the convex hull, and no circle around a triangle contains the vertex across an edge.
 fn assert_delaunay(mesh: &Mesh, positions: &[Point]) {
     let sites: Vec<Point> = mesh.positions().iter().map(|p| p.xy()).collect();
     assert_eq!(distinct(&sites), distinct(positions), "the sites are the cloud");
@@ -86,29 +86,29 @@ fn coord(position: Position) -> Coord<f64> {
     Coord { x: position.x(), y: position.y() }
 }
 
-/// The grounds on which a cloud of some size has a triangle for sure.
-const PLANES: [Ground; 7] = [
-    Ground::Uniform,
-    Ground::Lattice,
-    Ground::RoundedLattice,
-    Ground::Circles(25),
-    Ground::Far,
-    Ground::FarLattice,
-    Ground::Tiny,
+/// The kinds of places on which a cloud of some size certainly has a triangulation.
+const PLANES: [Placement; 7] = [
+    Placement::Uniform,
+    Placement::Lattice,
+    Placement::RoundedLattice,
+    Placement::Circles(25),
+    Placement::Far,
+    Placement::FarLattice,
+    Placement::Tiny,
 ];
 
 /// A base, and small changes: points to insert, vertices to retract.
-type Upkeep = (Vec<Point>, Vec<(Vec<Point>, Vec<Index>)>);
+type BaseAndChanges = (Vec<Point>, Vec<(Vec<Point>, Vec<Index>)>);
 
-fn upkeep(grounds: &'static [Ground]) -> impl Strategy<Value = Upkeep> {
-    proptest::sample::select(grounds).prop_flat_map(|ground| {
-        let change = (ground.points(0..5), prop::collection::vec(any::<Index>(), 0..5));
-        (ground.points(60..160), prop::collection::vec(change, 1..12))
+fn base_and_changes(placements: &'static [Placement]) -> impl Strategy<Value = BaseAndChanges> {
+    proptest::sample::select(placements).prop_flat_map(|placement| {
+        let change = (placement.points(0..5), prop::collection::vec(any::<Index>(), 0..5));
+        (placement.points(60..160), prop::collection::vec(change, 1..12))
     })
 }
 
-/// Brings a base up to date by small changes and gives how each was done, and its share of the cloud.
-fn keep_up((base, changes): &Upkeep) -> Vec<(Update, f64)> {
+/// Updates a base by small changes. Returns how each was done, and its share of the cloud.
+fn update_by_changes((base, changes): &BaseAndChanges) -> Vec<(Update, f64)> {
     let mut stages = Stages::new();
     stages.insert(&distinct(base));
     assert_eq!(stages.follow().0, Update::Bulk, "a base is loaded in bulk");
@@ -130,31 +130,31 @@ proptest! {
     #![proptest_config(cases(150))]
 
     #[test]
-    fn small_changes_go_in_vertex_by_vertex(upkeep in upkeep(&PLANES)) {
-        for (update, share) in keep_up(&upkeep) {
+    fn small_changes_are_made_vertex_by_vertex(upkeep in base_and_changes(&PLANES)) {
+        for (update, share) in update_by_changes(&upkeep) {
             let want = if share > 0.25 { Update::Bulk } else { Update::Stepwise };
             prop_assert_eq!(update, want, "{} of the cloud changed", share);
         }
     }
 
-    /// A path too is kept up step by step, as long as it stays on its line.
+    /// A path is updated step by step too, as long as its points are on a line.
     #[test]
-    fn a_line_is_kept_without_a_triangulation(upkeep in upkeep(&Ground::LINES)) {
-        for (update, share) in keep_up(&upkeep) {
+    fn a_line_has_no_triangulation(upkeep in base_and_changes(&Placement::LINES)) {
+        for (update, share) in update_by_changes(&upkeep) {
             let want = if share > 0.25 { Update::Bulk } else { Update::Stepwise };
             prop_assert_eq!(update, want, "{} of the cloud changed", share);
         }
     }
 
-    /// How slivers are kept up is not promised; what comes out is.
+    /// It is not specified how slivers are updated. Only the result is checked.
     #[test]
-    fn slivers_and_mixtures_are_kept_up(upkeep in upkeep(&[Ground::NearlyCollinear, Ground::Mixture])) {
-        keep_up(&upkeep);
+    fn slivers_and_mixtures_are_updated_correctly(upkeep in base_and_changes(&[Placement::NearlyCollinear, Placement::Mixture])) {
+        update_by_changes(&upkeep);
     }
 }
 
 #[test]
-fn a_great_change_is_loaded_in_bulk() {
+fn a_large_change_is_loaded_in_bulk() {
     let mut stages = Stages::new();
     let grid: Vec<Point> = (0..100).map(|i| [f64::from(i % 10), f64::from(i / 10)]).collect();
     stages.insert(&grid);
@@ -167,7 +167,7 @@ fn a_great_change_is_loaded_in_bulk() {
 }
 
 #[test]
-fn a_position_left_and_taken_again_between_two_changes_stays() {
+fn a_position_removed_and_inserted_between_two_updates_stays() {
     let mut stages = Stages::new();
     let grid: Vec<Point> = (0..100).map(|i| [f64::from(i % 10), f64::from(i / 10)]).collect();
     stages.insert(&grid);
@@ -183,7 +183,8 @@ fn a_position_left_and_taken_again_between_two_changes_stays() {
     stages.assert_right();
 }
 
-/// Clouds along few lines or in few clumps, which bulk loading would take quadratic time for, and a batch that is no better.
+/// Clouds on a few lines or in a few clumps, for which bulk loading would take quadratic time, and a batch that is no
+/// better.
 fn thin_clouds(size: i32) -> impl Iterator<Item = (&'static str, Vec<Point>, Vec<Point>)> {
     let points = move |of: &dyn Fn(f64) -> Point| (0..size).map(f64::from).map(of).collect::<Vec<_>>();
     let half = f64::from(size / 2);
@@ -220,7 +221,7 @@ fn thin_clouds_are_triangulated_by_definition() {
 }
 
 #[test]
-fn leaving_a_line_and_falling_back_on_it() {
+fn a_cloud_leaves_a_line_and_returns_to_it() {
     let mut stages = Stages::new();
     let line: Vec<Point> = (0..50).map(|i| [f64::from(i), f64::from(2 * i)]).collect();
     stages.insert(&line);

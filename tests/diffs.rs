@@ -1,44 +1,45 @@
-//! The contract of diffs, as an equation: `old.apply(&old.diff(&new)) == new`, for the frames of random streams in random views.
+//! The contract of diffs as an equation: `old.apply(&old.diff(&new)) == new`, for frames of random streams in random
+//! views.
 
 mod common;
 
 use std::num::NonZeroU32;
 
 use common::clouds::cases;
-use common::plot::scripts;
+use common::random_script::scripts;
 use common::script::{Script, run};
 use hopes::topology::{Diff, Frame, Snapshot, VertexId, ViewSpec};
 use proptest::prelude::*;
 
-/// A view whose scale is a share of the frame's largest death.
+/// A view. Scales are shares of the frame's largest death.
 #[derive(Clone, Copy, Debug)]
-enum Look {
+enum ViewChoice {
     Full,
     Reduced(f64),
     Derived(NonZeroU32, NonZeroU32),
 }
 
-impl Look {
+impl ViewChoice {
     fn at(self, frame: &Frame) -> Snapshot {
         let spec = match self {
-            Look::Full => ViewSpec::Full,
-            Look::Reduced(share) => ViewSpec::Reduced { alpha: share * frame.skeleton.largest_death() },
-            Look::Derived(k, l) => ViewSpec::Derived { k, l },
+            ViewChoice::Full => ViewSpec::Full,
+            ViewChoice::Reduced(share) => ViewSpec::Reduced { alpha: share * frame.skeleton.largest_death() },
+            ViewChoice::Derived(k, l) => ViewSpec::Derived { k, l },
         };
         Snapshot::new(&frame.skeleton, &frame.view(spec))
     }
 }
 
-fn looks() -> impl Strategy<Value = Look> {
+fn looks() -> impl Strategy<Value = ViewChoice> {
     let rank = || (1..5_u32).prop_map(|rank| NonZeroU32::new(rank).expect("ranks start from 1"));
     prop_oneof![
-        Just(Look::Full),
-        (0.0..1.2).prop_map(Look::Reduced),
-        (rank(), rank()).prop_map(|(k, l)| Look::Derived(k, l)),
+        Just(ViewChoice::Full),
+        (0.0..1.2).prop_map(ViewChoice::Reduced),
+        (rank(), rank()).prop_map(|(k, l)| ViewChoice::Derived(k, l)),
     ]
 }
 
-fn snapshots(script: &Script, look: Look) -> Vec<Snapshot> {
+fn snapshots(script: &Script, look: ViewChoice) -> Vec<Snapshot> {
     let frames = run(script);
     std::iter::once(Snapshot::default()).chain(frames.iter().map(|frame| look.at(frame))).collect()
 }
@@ -51,7 +52,7 @@ fn assert_canonical(snapshot: &Snapshot) {
     assert!(edges.into_iter().all(|[a, b]| a < b), "the smaller end of an edge first");
 }
 
-/// Sorted, nothing twice, and nothing that did not change.
+/// Sorted, without duplicates, and without elements that did not change.
 fn assert_minimal(diff: &Diff, old: &Snapshot, new: &Snapshot) {
     let rises = |ids: &[VertexId]| ids.is_sorted_by(|a, b| a < b);
     assert!(rises(&diff.vertices_added.iter().map(|v| v.id).collect::<Vec<_>>()));
@@ -89,9 +90,9 @@ proptest! {
         }
     }
 
-    /// A consumer may also change its view: any snapshot of a stream leads to any other.
+    /// A consumer may change its view, so any snapshot of a stream can be reached from any other.
     #[test]
-    fn a_diff_leads_from_any_view_to_any_other(script in scripts(), looks in [looks(), looks()]) {
+    fn a_diff_connects_any_two_views(script in scripts(), looks in [looks(), looks()]) {
         let [from, to] = looks.map(|look| snapshots(&script, look));
         for old in &from {
             prop_assert!(old.diff(old).is_empty());
@@ -102,9 +103,9 @@ proptest! {
         }
     }
 
-    /// On a wrong base a diff fails, or the checksum tells.
+    /// On a wrong base a diff fails or gives another checksum.
     #[test]
-    fn a_wrong_base_never_passes_unnoticed(script in scripts(), look in looks()) {
+    fn a_wrong_base_is_always_detected(script in scripts(), look in looks()) {
         let snapshots = snapshots(&script, look);
         for pair in snapshots.windows(2) {
             let [old, new] = pair else { unreachable!() };
@@ -122,9 +123,9 @@ proptest! {
 proptest! {
     #![proptest_config(cases(200))]
 
-    /// Merging the diffs of a run gives the diff between its ends.
+    /// Merging consecutive diffs gives the diff between the first and the last frame.
     #[test]
-    fn diffs_merge_into_the_one_between_the_ends(script in scripts(), look in looks(), cut in 0..8_usize) {
+    fn merged_diffs_equal_the_diff_between_the_ends(script in scripts(), look in looks(), cut in 0..8_usize) {
         let snapshots = snapshots(&script, look);
         let first = cut.min(snapshots.len() - 1);
         let diffs: Vec<Diff> = snapshots[first..].windows(2).map(|pair| pair[0].diff(&pair[1])).collect();

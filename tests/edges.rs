@@ -1,4 +1,4 @@
-//! `hopes edges` as its users meet it: beside OpenCV, in every form, and on input that is none.
+//! `hopes edges` as a process: compared with OpenCV, in every format, and on invalid input.
 
 mod common;
 #[path = "edges/delivery.rs"]
@@ -25,7 +25,7 @@ struct Gray {
 }
 
 impl Gray {
-    /// Black to the left of a column, and of that gray from there on.
+    /// Black left of a column, and this gray from the column on.
     fn step(width: u32, height: u32, column: u32, gray: u8) -> Self {
         let pixels = (0..width * height).map(|at| if at % width < column { 0 } else { gray }).collect();
         Self { width, height, pixels }
@@ -87,7 +87,7 @@ fn without_times(lines: &str) -> Vec<Value> {
 }
 
 #[test]
-fn a_folder_gives_a_frame_a_picture_in_the_order_of_numbers() {
+fn a_folder_gives_one_frame_for_each_picture_in_numeric_order() {
     let pictures = [("f10.PNG", 9), ("f9.png", 5), ("f1.png", 2)];
     let folder = folder(&pictures.map(|(name, at)| (name, Gray::step(12, 3, at, 200).png())));
     std::fs::write(folder.path().join("notes.txt"), "no picture").unwrap();
@@ -99,7 +99,7 @@ fn a_folder_gives_a_frame_a_picture_in_the_order_of_numbers() {
 }
 
 #[test]
-fn every_form_gives_the_same_points() {
+fn all_formats_give_the_same_points() {
     let folder = Path::new("tests/data/edges/coins.png");
     let skeleton = |form: &str| {
         let points = edges(folder, "--rate 50 --format").and(form).with(folder).runs().out();
@@ -113,7 +113,7 @@ fn every_form_gives_the_same_points() {
 }
 
 #[test]
-fn a_rate_gives_times_and_a_pace() {
+fn a_rate_sets_times_and_pace() {
     let folder =
         folder(&[1, 2, 3].map(|at| (["a.png", "b.png", "c.png"][at as usize - 1], Gray::step(9, 2, at, 250).png())));
     let begun = std::time::Instant::now();
@@ -129,7 +129,7 @@ fn a_rate_gives_times_and_a_pace() {
 }
 
 #[test]
-fn a_part_keeps_its_place_and_y_can_go_up() {
+fn a_part_keeps_its_coordinates_and_y_can_point_up() {
     let folder = folder(&[("a.png", Gray::step(20, 10, 8, 200).png())]);
     let path = folder.path().join("a.png");
     let found = |arguments: &str| frames(&edges(&path, arguments).runs().text()).remove(0);
@@ -142,7 +142,7 @@ fn a_part_keeps_its_place_and_y_can_go_up() {
 }
 
 #[test]
-fn thresholds_and_blur_are_taken() {
+fn thresholds_and_blur_are_used() {
     // A step of 100 has a gradient of 400.
     let folder = folder(&[("a.png", Gray::step(40, 8, 20, 100).png())]);
     let count = |arguments: &str| frames(&edges(folder.path(), arguments).runs().text())[0].len();
@@ -151,7 +151,7 @@ fn thresholds_and_blur_are_taken() {
 }
 
 #[test]
-fn what_makes_no_sense_is_wrong_usage() {
+fn invalid_arguments_are_wrong_usage() {
     for (arguments, words) in [
         ("", "<INPUT>"),
         ("- -", "stdin cannot be read twice"),
@@ -161,7 +161,7 @@ fn what_makes_no_sense_is_wrong_usage() {
         ("- --size 5", "write WxH"),
         ("- --size 99999x99999", "1 to 67108864 pixels"),
         ("- --low -1", "'-1'"),
-        ("- --low=-1", "-1 is no threshold"),
+        ("- --low=-1", "-1 is not a threshold"),
         ("- --ratio 0.5", "1 or more"),
         ("- --ratio 2 --high 5", "cannot be used with"),
         ("- --blur 0", "0 is no standard deviation"),
@@ -182,7 +182,7 @@ fn what_makes_no_sense_is_wrong_usage() {
 }
 
 #[test]
-fn a_signal_ends_with_a_whole_frame_and_a_closed_pipe_is_no_error() {
+fn a_signal_ends_after_a_whole_frame_and_a_closed_pipe_is_no_error() {
     let mut running = edges(Path::new("tests/data/edges"), "--rate 2").start();
     running.line().expect("the first frame comes");
     running.signal(Signal::INT);
@@ -191,7 +191,7 @@ fn a_signal_ends_with_a_whole_frame_and_a_closed_pipe_is_no_error() {
     let text = finished.text();
     assert!(text.ends_with("\n\n"), "{:?}", &text[text.len().saturating_sub(20)..]);
     assert!(frames(&text).len() < 10);
-    // Who waits for more video can be stopped too.
+    // A process that waits for more video can be stopped too.
     let mut waiting = hopes("edges -").start();
     waiting.say("YUV4MPEG2 W1 H1 Cmono\nFRAME\n.");
     assert_eq!(waiting.line().as_deref(), Some(""), "a pixel has no edge");
@@ -204,7 +204,7 @@ fn a_signal_ends_with_a_whole_frame_and_a_closed_pipe_is_no_error() {
 }
 
 #[test]
-fn output_goes_into_a_file() {
+fn the_output_may_go_to_a_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("points");
     let picture = Path::new("tests/data/edges/text.png");

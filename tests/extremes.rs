@@ -1,13 +1,14 @@
-//! The ends of the range: clouds that triangulation libraries are slow or wrong on, and coordinates at the limits of exact arithmetic.
+//! The limits: clouds on which triangulation libraries are slow or wrong, and coordinates at the limits of exact
+//! arithmetic.
 //!
-//! Nothing is timed; but what is quadratic here takes minutes.
+//! Nothing is timed, but a quadratic algorithm would take minutes here.
 
 mod common;
 
 use std::num::NonZeroU64;
 
 use common::by_position::ByPosition;
-use common::clouds::{Ground, Point, cases, circle};
+use common::clouds::{Placement, Point, cases, circle};
 use common::skeleton_of;
 use hopes::topology::{
     CoordinateError, MAX_COORDINATE, MIN_COORDINATE, Options, Pipeline, Position, Refusal, Skeleton, Window,
@@ -36,7 +37,7 @@ fn frame(pipeline: &mut Pipeline) -> Skeleton {
     skeleton
 }
 
-/// Vertices, tree edges, dots.
+/// The numbers of vertices, tree edges and dots.
 fn counts(skeleton: &Skeleton) -> (usize, usize, usize) {
     (skeleton.vertices().len(), skeleton.tree().len(), skeleton.dots().len())
 }
@@ -60,9 +61,9 @@ fn a_hundred_thousand_points_on_a_line_in_one_batch_and_in_small_steps() {
     }
 }
 
-/// One point off the line, in its middle or far beyond its ends, nearest or farthest of all; and back.
+/// One point beside the line, in its middle or far beyond its ends, nearest or farthest of all; then back.
 #[test]
-fn a_hundred_thousand_points_on_a_line_are_left_and_found_again() {
+fn a_cloud_of_a_hundred_thousand_points_leaves_a_line_and_returns_to_it() {
     let mut pipeline = stream();
     come(&mut pipeline, &line(0..MANY));
     frame(&mut pipeline);
@@ -70,7 +71,7 @@ fn a_hundred_thousand_points_on_a_line_are_left_and_found_again() {
     for off in [[middle, 2.0 * middle + 1.0], [-3.0 * MANY as f64, 0.0], [0.0, 1e9], [1.0, -1.0]] {
         come(&mut pipeline, &[off]);
         assert_eq!(counts(&frame(&mut pipeline)).1, MANY);
-        // On the line still, and then another one off it.
+        // More points on the line, then another point beside it.
         come(&mut pipeline, &line(MANY..MANY + 1));
         assert_eq!(counts(&frame(&mut pipeline)).1, MANY + 1);
         come(&mut pipeline, &[[off[0] + 0.5, off[1]]]);
@@ -98,7 +99,7 @@ fn a_window_slides_along_a_line() {
     }
 }
 
-/// Clouds that spade's bulk loading takes minutes for, and batches that insertion in order takes minutes for.
+/// Clouds for which spade's bulk loading takes minutes, and batches for which ordered insertion takes minutes.
 #[test]
 fn fifty_thousand_points_on_few_lines() {
     let (count, size) = (50_000, 50_000.0);
@@ -118,13 +119,13 @@ fn fifty_thousand_points_on_few_lines() {
     }
 }
 
-/// Points around a hub, so near to a circle that all are its neighbours.
+/// Points around a hub, so close to a circle that all are its neighbours.
 fn rim(size: usize) -> Vec<Point> {
     (0..size).map(|i| (i as f64 / size as f64 * std::f64::consts::TAU).sin_cos()).map(|(sin, cos)| [cos, sin]).collect()
 }
 
 #[test]
-fn a_hub_of_twenty_thousand_spokes_comes_and_goes() {
+fn a_hub_with_twenty_thousand_neighbours_is_inserted_and_removed() {
     let mut pipeline = stream();
     let rim = rim(20_000);
     come(&mut pipeline, &rim);
@@ -140,9 +141,9 @@ fn a_hub_of_twenty_thousand_spokes_comes_and_goes() {
     }
 }
 
-/// Hubs that are small enough to be taken out vertex by vertex.
+/// Hubs that are small enough to be removed vertex by vertex.
 #[test]
-fn many_hubs_come_and_go() {
+fn many_hubs_are_inserted_and_removed() {
     let mut pipeline = stream();
     let wheels = 20;
     let at = |wheel: usize| 10.0 * wheel as f64;
@@ -169,7 +170,7 @@ fn clouds_of_no_one_two_and_three_points() {
         let mut pipeline = stream();
         come(&mut pipeline, &triangle[..size]);
         assert_eq!(counts(&frame(&mut pipeline)), want);
-        // And down to them again, from more.
+        // From more points down to these numbers.
         let more = [[10.0, 0.0], [10.0, 7.0], [-3.0, 5.0], [0.5, -9.0]];
         come(&mut pipeline, &more);
         frame(&mut pipeline);
@@ -179,7 +180,7 @@ fn clouds_of_no_one_two_and_three_points() {
 }
 
 #[test]
-fn emptied_and_refilled_clouds_are_as_new() {
+fn a_refilled_cloud_equals_a_new_one() {
     let clouds = [rim(300), line(0..300), circle(65).into_iter().map(|p| p.map(f64::from)).collect(), rim(7)];
     let mut pipeline = stream();
     for cloud in clouds.iter().cycle().take(12) {
@@ -190,7 +191,7 @@ fn emptied_and_refilled_clouds_are_as_new() {
     }
 }
 
-/// A commit without a change gives a frame like the one before.
+/// A commit without a change gives a frame equal to the previous one.
 #[test]
 fn idle_commits_repeat_the_frame() {
     let mut pipeline = stream();
@@ -205,7 +206,7 @@ fn idle_commits_repeat_the_frame() {
 fn integer_clouds_scale_to_both_limits() {
     let cloud: Vec<Point> = circle(65).into_iter().chain(circle(25)).map(|p| p.map(f64::from)).collect();
     let want = ByPosition::of(&skeleton_of(&cloud));
-    // 65 is just above 2^6; 0 and 1 to 65 times the scale are coordinates.
+    // 65 is just above 2^6. Coordinates are 0 and 1 to 65 times the scale.
     for scale in [MIN_COORDINATE, 2f64.powi(-100), 2f64.powi(194)] {
         let scaled: Vec<Point> = cloud.iter().map(|p| p.map(|v| v * scale)).collect();
         let ours = ByPosition::of(&skeleton_of(&scaled));
@@ -217,7 +218,7 @@ fn integer_clouds_scale_to_both_limits() {
     }
 }
 
-/// All magnitudes at once: slivers beyond any radius that a double holds among them.
+/// All magnitudes in one cloud. Some slivers have a radius that no double can hold.
 fn extreme_points() -> impl Strategy<Value = Vec<Point>> {
     let extreme = select(vec![0.0, MIN_COORDINATE, -MIN_COORDINATE, 1.0, 1.5, -1.0, MAX_COORDINATE, -MAX_COORDINATE]);
     let any = (any::<bool>(), -142..=200_i32, 0..4_i32)
@@ -234,7 +235,7 @@ proptest! {
     #![proptest_config(cases(300))]
 
     #[test]
-    fn the_limits_of_coordinates_are_inside(points in extreme_points()) {
+    fn the_limits_of_coordinates_are_valid(points in extreme_points()) {
         let skeleton = skeleton_of(&points);
         prop_assert_eq!(skeleton.tree().len(), skeleton.vertices().len().saturating_sub(1));
         for dot in skeleton.dots() {
@@ -244,9 +245,9 @@ proptest! {
         ByPosition::of(&skeleton_of(&reversed)).assert_same(&ByPosition::of(&skeleton));
     }
 
-    /// The limits are the triangulation library's own.
+    /// The limits are those of the triangulation library.
     #[test]
-    fn positions_are_what_the_triangulation_takes(x in any::<u64>().prop_map(f64::from_bits), y in any_exponent()) {
+    fn valid_positions_are_those_of_the_triangulation_library(x in any::<u64>().prop_map(f64::from_bits), y in any_exponent()) {
         for value in [x, y] {
             let theirs = spade::validate_coordinate(value);
             let infinite = value.is_infinite();
@@ -264,8 +265,8 @@ proptest! {
     }
 
     #[test]
-    fn what_is_no_number_is_refused_and_the_rest_goes_on(
-        points in Ground::Uniform.points(1..40),
+    fn invalid_coordinates_are_refused_and_the_rest_is_accepted(
+        points in Placement::Uniform.points(1..40),
         bad in prop::collection::vec((any::<prop::sample::Index>(), bad_coordinate(), any::<bool>()), 0..10),
     ) {
         let mut spoilt = points.clone();
@@ -283,7 +284,7 @@ proptest! {
     }
 }
 
-/// Random bits around the limits.
+/// Random bits close to the limits.
 fn any_exponent() -> impl Strategy<Value = f64> {
     let limit = select(vec![MIN_COORDINATE, MAX_COORDINATE]);
     (limit, -3..=3_i64, any::<bool>()).prop_map(|(limit, ulps, negative)| {
@@ -297,7 +298,7 @@ fn bad_coordinate() -> impl Strategy<Value = f64> {
 }
 
 #[test]
-fn event_times_that_are_no_numbers_are_refused_as_such() {
+fn event_times_that_are_not_finite_are_refused() {
     let size = NonZeroU64::new(5).expect("not 0");
     for window in [Window::All, Window::Points(size), Window::Frames(size), Window::Time(2.0)] {
         for known in [None, Some(7.0)] {
@@ -318,7 +319,7 @@ fn event_times_that_are_no_numbers_are_refused_as_such() {
 }
 
 #[test]
-fn a_time_window_needs_a_time_and_no_late_points() {
+fn a_time_window_refuses_points_without_time_and_late_points() {
     let mut pipeline = Pipeline::new(Options { window: Window::Time(2.0), resolution: None });
     assert_eq!(pipeline.feed_point(0.0, 0.0, None), Err(Refusal::NoTime));
     assert_eq!(pipeline.feed_point(0.0, 0.0, Some(10.0)).map(drop), Ok(()));

@@ -1,21 +1,21 @@
-//! Gaps, DS_k and VS_{k,l} against their definitions, on diagrams that are full of equal values and equal widths.
+//! Gaps, DS_k and VS_{k,l} against their definitions, on diagrams with many equal values and equal widths.
 //!
-//! A diagram is made of rectangles far apart: a rectangle of sides w <= h has the one dot (h / 2, diagonal / 2).
+//! A diagram is made of rectangles far apart: a rectangle with sides w <= h has the one dot (h / 2, diagonal / 2).
 
 mod common;
 
 use std::num::NonZeroU32;
 
-use common::clouds::{Ground, Point, cases, clouds};
+use common::clouds::{Placement, Point, cases, clouds};
 use common::skeleton_of;
 use hopes::topology::{Dot, Gap, Skeleton, View, ViewSpec, diagonal_gaps, select, vertical_gaps};
 use proptest::prelude::*;
 use proptest::sample::select as one_of;
 
-/// So far apart that the rectangles' neighbourhoods are on the diagonal, and coordinates still exact.
+/// A distance at which dots between rectangles are on the diagonal, and coordinates are still exact.
 const APART: f64 = 1e8;
 
-/// Share of the largest death within which values, and widths, are equal.
+/// Values, and widths, are equal within this share of the largest death.
 const TOLERANCE: f64 = 1e-12;
 
 fn rank(rank: u32) -> NonZeroU32 {
@@ -30,7 +30,7 @@ fn rectangles(sides: &[[f64; 2]]) -> Vec<Point> {
     sides.iter().enumerate().flat_map(corners).collect()
 }
 
-/// Sides whose diagonal is an integer, so that births and persistences are multiples of a half, and equal widths abound.
+/// Sides with an integer diagonal. Births and persistences are multiples of a half, so many widths are equal.
 const PYTHAGOREAN: [[f64; 2]; 10] = [
     [3.0, 4.0],
     [6.0, 8.0],
@@ -44,17 +44,17 @@ const PYTHAGOREAN: [[f64; 2]; 10] = [
     [12.0, 35.0],
 ];
 
-/// Rectangles that tie exactly, nearly (well inside the tolerance) or not at all, and some whose persistence is next to nothing.
+/// Rectangles that tie exactly, nearly (well inside the tolerance) or not at all. Some have a persistence close to 0.
 fn diagrams() -> impl Strategy<Value = Vec<[f64; 2]>> {
     let close = one_of(vec![1.0, 1.0, 1.0 + 2e-15, 1.0 - 3e-15]);
     let pythagorean = (one_of(&PYTHAGOREAN[..]), close).prop_map(|([w, h], times)| [w, h * times]);
     let any = [1..16_i32, 1..16_i32].prop_map(|[w, h]| [f64::from(w), f64::from(h)]);
-    // Exact widths along x only: height is what may be tiny. Persistence h^2 / 4, against a tolerance of 1e-12 or more.
+    // Widths along x are exact, heights may be tiny. The persistence is h^2 / 4, the tolerance at least 1e-12.
     let flat = (3..60_i32).prop_map(|millionths| [1.0, f64::from(millionths) * 1e-6]);
     prop::collection::vec(prop_oneof![5 => pythagorean, 3 => any, 1 => flat], 0..12)
 }
 
-/// Values in ascending order as lines of the diagram: the lowest and the highest of values that count as one.
+/// Values in ascending order as lines of the diagram: the lowest and the highest of values that count as equal.
 fn lines(mut values: Vec<f64>, tolerance: f64) -> Vec<[f64; 2]> {
     values.sort_by(f64::total_cmp);
     let mut lines: Vec<[f64; 2]> = Vec::new();
@@ -67,7 +67,7 @@ fn lines(mut values: Vec<f64>, tolerance: f64) -> Vec<[f64; 2]> {
     lines
 }
 
-/// By the definition, one by one: of the gaps left, the lowest of the widest.
+/// The definition, step by step: the next gap is the lowest of the widest gaps that are left.
 fn ranked(mut gaps: Vec<Gap>, tolerance: f64) -> Vec<Gap> {
     let mut ranked = Vec::new();
     while !gaps.is_empty() {
@@ -79,22 +79,22 @@ fn ranked(mut gaps: Vec<Gap>, tolerance: f64) -> Vec<Gap> {
     ranked
 }
 
-/// Whether widths are either equal or clearly different: being equal within a tolerance is not transitive, and which of a chain
-/// of widths is the wider is not defined.
+/// Whether widths are either equal or clearly different. Equality within a tolerance is not transitive, so the order in
+/// a chain of close widths is not defined.
 fn are_clear(gaps: &[Gap], tolerance: f64) -> bool {
     let mut widths: Vec<f64> = gaps.iter().map(Gap::width).collect();
     widths.sort_by(f64::total_cmp);
     widths.windows(2).map(|w| w[1] - w[0]).all(|step| !(0.05 * tolerance..=1.5 * tolerance).contains(&step))
 }
 
-/// Gaps and what they select, by the definitions.
+/// Gaps and their selection by the definitions.
 struct ByDefinition {
     tolerance: f64,
     diagonal: Vec<Gap>,
     vertical: Vec<Gap>,
     ds: Option<f64>,
     vs: f64,
-    /// Places among the dots.
+    /// Indices of dots.
     ds_dots: Vec<usize>,
     vs_dots: Vec<usize>,
 }
@@ -118,14 +118,14 @@ fn by_definition(dots: &[Dot], k: usize, l: usize) -> ByDefinition {
     ByDefinition { tolerance, diagonal, vertical, ds, vs, ds_dots, vs_dots }
 }
 
-/// (|gap_rank| - |gap_{rank + 1}|) / share, where a gap that is not there has no width and a rank too large means the last one.
+/// (|gap_rank| - |gap_{rank + 1}|) / share. A missing gap has no width. A rank that is too large means the last gap.
 fn margin(gaps: &[Gap], rank: usize, share: f64) -> Option<f64> {
     let rank = rank.min(gaps.len());
     let chosen = gaps.get(rank.checked_sub(1)?)?.width();
     Some((chosen - gaps.get(rank).map_or(0.0, Gap::width)) / share)
 }
 
-/// Says whether there was a definition to follow.
+/// Returns whether the definition applies.
 fn check_by_definition(skeleton: &Skeleton, k: u32, l: u32) -> bool {
     let want = by_definition(skeleton.dots(), k as usize, l as usize);
     if !are_clear(&want.diagonal, want.tolerance) || !are_clear(&want.vertical, want.tolerance) {
@@ -147,7 +147,7 @@ fn check_by_definition(skeleton: &Skeleton, k: u32, l: u32) -> bool {
     true
 }
 
-/// HoPeS_{k,l}: edges no longer than 2 vs; of VS the dots that live beyond it.
+/// HoPeS_{k,l}: tree edges not longer than 2 vs, and those dots of VS that are alive beyond it.
 fn assert_derived_view(skeleton: &Skeleton, k: u32, l: u32, want: &ByDefinition) {
     let view = View::new(skeleton, ViewSpec::Derived { k: rank(k), l: rank(l) });
     let short = |&edge: &[u32; 2]| skeleton.length(edge) <= 2.0 * want.vs * (1.0 + TOLERANCE);
@@ -194,9 +194,9 @@ fn without_dots_nothing_is_selected() {
     }
 }
 
-/// Persistences 1/2, 1, 3/2: three gaps of one width, the lower the wider.
+/// Persistences 1/2, 1, 3/2: three gaps of equal width. The lower one is preferred.
 #[test]
-fn of_equal_diagonal_gaps_the_lower_is_wider() {
+fn of_equal_diagonal_gaps_the_lowest_comes_first() {
     let skeleton = diagram(&[[9.0, 12.0], [3.0, 4.0], [6.0, 8.0]]);
     let ds = |k| select(&skeleton, rank(k), rank(1)).ds;
     assert_eq!([ds(1), ds(2), ds(3), ds(4)], [Some(0.5); 4]);
@@ -204,9 +204,9 @@ fn of_equal_diagonal_gaps_the_lower_is_wider() {
     assert_eq!(select(&skeleton, rank(1), rank(1)).margins.diagonal, Some(0.0));
 }
 
-/// Births 2, 4, 6: the unbounded strip is the first, then the leftmost of the equal ones.
+/// Births 2, 4, 6: the unbounded strip is first, then the leftmost of the equal strips.
 #[test]
-fn of_equal_vertical_gaps_the_leftmost_is_wider() {
+fn of_equal_vertical_gaps_the_leftmost_comes_first() {
     let skeleton = diagram(&[[9.0, 12.0], [3.0, 4.0], [6.0, 8.0]]);
     let vs = |l| select(&skeleton, rank(1), rank(l)).vs;
     assert_eq!([vs(1), vs(2), vs(3), vs(4)], [6.0, 2.0, 2.0, 2.0]);
@@ -214,7 +214,7 @@ fn of_equal_vertical_gaps_the_leftmost_is_wider() {
     assert_eq!(select(&skeleton, rank(1), rank(1)).margins.vertical, Some(f64::INFINITY));
 }
 
-/// Values closer than 1e-12 of the largest death lie on one line, and on the diagonal's if they are so close to 0.
+/// Values within 1e-12 of the largest death are on one line. If they are that close to 0, it is the diagonal.
 #[test]
 fn a_persistence_within_the_tolerance_of_zero_is_on_the_diagonals_line() {
     let skeleton = diagram(&[[20.0, 21.0], [1.0, 6e-6]]);
@@ -228,7 +228,7 @@ fn a_persistence_within_the_tolerance_of_zero_is_on_the_diagonals_line() {
 #[test]
 fn ranks_beyond_the_gaps_mean_the_last() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
-    let cloud = Ground::Uniform.points(100).new_tree(&mut runner).expect("a cloud").current();
+    let cloud = Placement::Uniform.points(100).new_tree(&mut runner).expect("a cloud").current();
     let skeleton = skeleton_of(&cloud);
     let gaps = diagonal_gaps(&skeleton).len() as u32;
     let all = select(&skeleton, rank(gaps), rank(1));

@@ -1,4 +1,5 @@
-//! Clouds that live: many frames of small changes, in tiles of a few vertices, each compared with recomputation from scratch.
+//! Live clouds: many frames of small changes, in tiles of a few vertices. Each frame is compared with recomputation
+//! from scratch.
 
 mod common;
 
@@ -9,7 +10,7 @@ use hopes::topology::{Follower, Options, Pipeline, Snapshot, Step, ViewSpec, Win
 
 type Point = [f64; 2];
 
-/// A stream of the last so many points, with small tiles, and a view of it that is followed.
+/// A stream with a window of points, with small tiles, and a view that is followed.
 struct Live {
     pipeline: Pipeline,
     follower: Follower,
@@ -35,7 +36,7 @@ impl Live {
     }
 }
 
-/// Frames of a few points each, made by `at` from their numbers.
+/// Frames of a few points each. `at` makes a point from its number.
 fn frames(count: usize, size: usize, mut at: impl FnMut(usize) -> Point) -> impl Iterator<Item = Vec<Point>> {
     (0..count).map(move |frame| (0..size).map(|index| at(frame * size + index)).collect())
 }
@@ -55,7 +56,7 @@ fn run(window: u64, leaf: usize, frames: impl Iterator<Item = Vec<Point>>) -> Li
 }
 
 #[test]
-fn a_cloud_that_moves_away_takes_its_tiles_along() {
+fn tiles_follow_a_moving_cloud() {
     let mut random = Random::new(1);
     let live = run(400, 4, frames(600, 10, |number| [random.unit() + number as f64 * 0.02, random.unit()]));
     assert!(live.pipeline.tile_depth() <= 14, "{} levels of tiles for 400 vertices", live.pipeline.tile_depth());
@@ -77,7 +78,7 @@ fn points_on_a_growing_lattice() {
 }
 
 #[test]
-fn a_line_that_some_points_leave() {
+fn some_points_leave_a_line() {
     let mut random = Random::new(4);
     let off = |number: usize, unit: f64| if number / 300 % 2 == 1 && unit < 0.1 { 3.0 } else { 0.0 };
     run(120, 3, frames(300, 6, |number| [(random.unit() * 500.0).floor(), off(number, random.unit())]));
@@ -89,7 +90,7 @@ fn far_flung_points_among_near_ones() {
     run(200, 4, frames(300, 5, |_| [0, 1].map(|_| (random.unit() * 40.0 - 20.0).exp2() * (random.unit() - 0.5))));
 }
 
-/// Integer points on few circles: nearly every triangle shares its circle with others, in other tiles too.
+/// Integer points on few circles. Nearly every triangle shares its circle with others, also in other tiles.
 #[test]
 fn circles_across_tiles() {
     let circle = common::clouds::circle(65);
@@ -105,7 +106,7 @@ fn circles_across_tiles() {
     );
 }
 
-/// More dots than stand in order: the widest gaps are told by buckets, and then by more dots where those do not tell.
+/// More dots than are sorted: buckets find the widest gaps, and where those are not enough, more dots are sorted.
 #[test]
 fn gaps_among_many_dots() {
     let mut random = Random::new(7);
@@ -114,7 +115,7 @@ fn gaps_among_many_dots() {
         live.step(&frame);
         live.check();
     }
-    // All holes become alike.
+    // All holes become equal.
     let side = 80;
     for frame in frames(30, 300, |number| [(number % side) as f64 / 10.0, (number / side) as f64 / 10.0]) {
         live.step(&frame);
@@ -122,7 +123,7 @@ fn gaps_among_many_dots() {
     }
 }
 
-/// What is said does not depend on the size of tiles or on how many threads reduce them.
+/// The result does not depend on the size of tiles or on the number of threads.
 #[test]
 fn tiles_and_threads_do_not_matter() {
     let said = |leaf: usize, threads: usize| {
@@ -141,19 +142,20 @@ fn tiles_and_threads_do_not_matter() {
 }
 
 #[test]
-fn a_follower_that_comes_late_is_told_everything() {
+fn a_late_follower_gets_the_whole_view() {
     let mut random = Random::new(9);
     let mut live = run(200, 8, frames(20, 10, |_| [random.unit(), random.unit()]));
     let mut late = Follower::new(ViewSpec::Full);
     let step = live.pipeline.poll_step(&mut late).expect("it knows no frame yet");
-    let frame = live.pipeline.poll_frame().expect("nobody asked for all of it yet");
+    let frame = live.pipeline.poll_frame().expect("no follower was polled yet");
     let whole = Snapshot::new(&frame.skeleton, &frame.view(ViewSpec::Full));
     assert_eq!((step.from, step.number), (0, 20));
     assert_eq!(Snapshot::default().apply(&step.diff), Ok(whole));
     assert_eq!(live.pipeline.poll_step(&mut late), None);
 }
 
-/// The largest vertex has no edges of its own, so its tile leaves nothing: what is above has to be told when two halves become such a tile.
+/// The largest vertex has no edges of its own, so its tile leaves nothing. The level above must be updated when two
+/// halves become such a tile.
 #[test]
 fn tiles_that_leave_nothing() {
     let column = [

@@ -1,28 +1,28 @@
-//! Theorem 9 by brute force: at every scale, no graph that shows the components and the cycles of the union of discs is shorter
-//! than HoPeS(C; alpha).
+//! Theorem 9 by brute force: at every scale, no graph with the components and the cycles of the union of discs is
+//! shorter than HoPeS(C; alpha).
 //!
-//! The union of discs of radius alpha is followed by its nerve: an edge where two discs meet, a triangle where three do. A graph of
-//! such edges shows the union when it has as many components and its cycles span H1 = Z1 / B1 of the nerve, over GF(2). For at most
-//! seven points all 2^21 graphs are tried.
+//! The union of discs of radius alpha is represented by its nerve: an edge where two discs meet, a triangle where three
+//! do. A graph of such edges has the topology of the union if it has as many components and its cycles span H1 = Z1 /
+//! B1 of the nerve, over GF(2). For at most seven points all 2^21 graphs are tried.
 
 mod common;
 
-use common::clouds::{Ground, Point, cases, distinct};
+use common::clouds::{Placement, Point, cases, distinct};
 use common::naive::{circumradius, half_length, scalar_product};
 use common::skeleton_of;
 use hopes::topology::{Skeleton, View, ViewSpec};
 use proptest::prelude::*;
 
-/// Edges of a graph on few points, a bit each.
+/// A set of edges of a graph on few points, one bit for each.
 type Edges = u32;
 
 /// The union of discs of one radius.
 struct Discs {
     points: usize,
-    /// Pairs that meet, by places of points.
+    /// Pairs that meet, by indices of points.
     edges: Vec<[usize; 2]>,
     lengths: Vec<f64>,
-    /// Boundaries of triples that meet, as a basis.
+    /// A basis of the boundaries of triples that meet.
     boundaries: Span,
 }
 
@@ -52,7 +52,7 @@ impl Discs {
 
     /// Components of a graph, and its fundamental cycles.
     fn components_and_cycles(&self, graph: Edges) -> (usize, Vec<Edges>) {
-        // Of each point: its component, and the path to the component's first point.
+        // Of each point: its component, and the path to the first point of the component.
         let mut label: [usize; 7] = std::array::from_fn(|point| point);
         let mut path: [Edges; 7] = [0; 7];
         let (mut components, mut cycles) = (self.points, Vec::new());
@@ -72,7 +72,7 @@ impl Discs {
         (components, cycles)
     }
 
-    /// Rank of what a graph's cycles give in H1.
+    /// The rank of a graph's cycles in H1.
     fn rank(&self, cycles: &[Edges]) -> usize {
         let mut span = self.boundaries.clone();
         cycles.iter().filter(|&&cycle| span.add(cycle)).count()
@@ -95,21 +95,21 @@ impl Discs {
     }
 }
 
-/// The radius at which three discs have a common point: that of the smallest disc around their centres.
+/// The radius at which three discs have a common point. It is the radius of the smallest disc around their centres.
 fn meeting_radius([a, b, c]: [Point; 3]) -> f64 {
     let sides = [(a, [b, c]), (b, [a, c]), (c, [a, b])];
     let across = sides.into_iter().find(|&(apex, side)| scalar_product(apex, side) <= 0.0);
     across.map_or_else(|| circumradius([a, b, c]), |(_, side)| half_length(side))
 }
 
-/// A vector space over GF(2), by a basis of different leading bits.
+/// A vector space over GF(2) with a basis of different leading bits.
 #[derive(Clone, Default)]
 struct Span {
     basis: [Edges; 32],
 }
 
 impl Span {
-    /// Whether the vector was not in the space before.
+    /// Adds a vector. Returns whether it was not in the space before.
     fn add(&mut self, mut vector: Edges) -> bool {
         while vector != 0 {
             let held = &mut self.basis[vector.ilog2() as usize];
@@ -123,7 +123,7 @@ impl Span {
     }
 }
 
-/// A scale between every two neighbouring ones at which a pair or a triple meets, and one beyond.
+/// A scale between any two consecutive scales at which a pair or a triple meets, and one beyond.
 fn scales(points: &[Point]) -> Vec<f64> {
     let n = points.len();
     let mut scales = vec![0.0];
@@ -181,15 +181,15 @@ fn assert_optimal_at_all_scales(cloud: &[Point]) -> usize {
     skeleton.dots().len()
 }
 
-/// Few points, on a ring more often than not, so that there are holes.
+/// Few points, mostly on a ring, so that there are holes.
 fn tiny_clouds(most: usize) -> impl Strategy<Value = Vec<Point>> {
     let crowded = prop::collection::vec([0..3_i32, 0..3_i32].prop_map(|p| p.map(f64::from)), 0..=most);
     let ring = prop::collection::vec((0.0..std::f64::consts::TAU, 0.8..1.2), 4..=most);
     let ring = ring.prop_map(|points| points.into_iter().map(|(t, r)| [r * t.cos(), r * t.sin()]).collect());
     prop_oneof![
-        2 => Ground::Uniform.points(0..=most),
-        1 => Ground::Lattice.points(0..=most),
-        1 => Ground::Circles(5).points(0..=most),
+        2 => Placement::Uniform.points(0..=most),
+        1 => Placement::Lattice.points(0..=most),
+        1 => Placement::Circles(5).points(0..=most),
         2 => crowded,
         3 => ring,
     ]
@@ -199,7 +199,7 @@ proptest! {
     #![proptest_config(cases(1500))]
 
     #[test]
-    fn nothing_shorter_shows_the_topology_of_six_points(cloud in tiny_clouds(6)) {
+    fn no_shorter_graph_has_the_topology_of_six_points(cloud in tiny_clouds(6)) {
         assert_optimal_at_all_scales(&cloud);
     }
 }
@@ -208,14 +208,14 @@ proptest! {
     #![proptest_config(cases(150))]
 
     #[test]
-    fn nothing_shorter_shows_the_topology_of_seven_points(cloud in tiny_clouds(7)) {
+    fn no_shorter_graph_has_the_topology_of_seven_points(cloud in tiny_clouds(7)) {
         assert_optimal_at_all_scales(&cloud);
     }
 }
 
-/// Two holes at once, of different sizes, and ties everywhere.
+/// Two holes of different sizes, and ties everywhere.
 #[test]
-fn nothing_shorter_shows_two_holes() {
+fn no_shorter_graph_has_two_holes() {
     let two_squares = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [5.0, 0.0], [5.0, 2.0]];
     assert_eq!(assert_optimal_at_all_scales(&two_squares), 2);
     let house = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [2.0, 7.0]];

@@ -1,4 +1,4 @@
-//! The reduction on graphs of its own: against a plain union-find with the elder rule, in one pass and tile by tile.
+//! The reduction on random graphs: compared with a plain union-find with the elder rule, in one pass and tile by tile.
 
 mod common;
 
@@ -8,7 +8,7 @@ use common::clouds::cases;
 use hopes::topology::stages::{Elders, Link, Pair, TotalOrder, reduce};
 use proptest::prelude::*;
 
-/// What a reduction gives, in lists.
+/// The result of a reduction as lists.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Outcome {
     pairs: Vec<Pair>,
@@ -16,18 +16,18 @@ struct Outcome {
     left: Vec<Link>,
 }
 
-/// A dual graph: nodes on a grid and one outer node, number 0, next to any of them.
+/// A dual graph: nodes on a grid, and the outer node 0, which may be next to any of them.
 #[derive(Clone, Debug)]
 struct Graph {
-    /// Weights; that of the outer node is infinite.
+    /// The weight of the outer node is infinite.
     weights: Vec<f64>,
-    /// Decide between equal weights; all different.
+    /// They order nodes of equal weights. All are different.
     node_ranks: Vec<u32>,
-    /// Named by their places here.
+    /// Named by their indices here.
     links: Vec<Link>,
-    /// Decide between equal scales; all different.
+    /// They order links of equal scales. All are different.
     link_ranks: Vec<u32>,
-    /// Of each node but the outer one, which is in all: the tile.
+    /// The tile of each node, except of the outer node, which is in all tiles.
     tiles: Vec<u32>,
 }
 
@@ -38,14 +38,14 @@ impl Graph {
         self.weights.len()
     }
 
-    /// Whether a link lies in one tile (of `4 >> level`, two or four of which make one of the next level).
+    /// Whether a link is in one tile of `4 >> level`. Two or four tiles make one of the next level.
     fn is_inside(&self, link: &Link, tile: u32, level: u32) -> bool {
         link.ends.iter().all(|&node| node == OUTER || self.tiles[node as usize] >> level == tile)
-            // A loop at the outer node has to be somewhere.
+            // A loop at the outer node belongs to the first tile.
             && (link.ends != [OUTER; 2] || tile == 0)
     }
 
-    /// Nodes with links that are not among these.
+    /// Nodes with links outside of this set.
     fn open_nodes(&self, is_seen: impl Fn(&Link) -> bool) -> Vec<bool> {
         let mut open = vec![false; self.node_count()];
         for node in self.links.iter().filter(|link| !is_seen(link)).flat_map(|link| link.ends) {
@@ -69,7 +69,8 @@ impl Graph {
         sorted(self.reduce(vec![false; self.node_count()], &self.links))
     }
 
-    /// Four tiles, then two, then all: what each level leaves, and the links that have come inside, make the next one's graph.
+    /// Four tiles, then two, then one. The rest of each level, and the links that are inside now, make the graph of the
+    /// next level.
     fn tile_by_tile(&self) -> Outcome {
         let mut whole = Outcome::default();
         let mut left: Vec<Vec<Link>> = vec![Vec::new(); 8];
@@ -117,7 +118,7 @@ impl Graph {
     }
 }
 
-/// Each link handed in is in exactly one of the three lists.
+/// Each input link is in exactly one of the three lists.
 fn assert_shared_out(links: &[Link], reduction: &Outcome) {
     let mut handed_in: Vec<u32> = links.iter().map(|link| link.edge).collect();
     let mut given: Vec<u32> = reduction.pairs.iter().map(|pair| pair.edge).collect();
@@ -159,17 +160,18 @@ impl TotalOrder for Order<'_> {
     }
 }
 
-/// Neighbours on a grid, in any of these steps.
+/// The steps to neighbours on a grid.
 const STEPS: [[i32; 2]; 3] = [[1, 0], [0, 1], [1, 1]];
 
-/// Graphs on grids: few different weights and scales, so that ties abound, or many; links missing, doubled, loops and links to the
-/// outer node; with scales below the weights of both ends, as in a filtration, or without any such rule; in any cut.
+/// Graphs on grids, with few different weights and scales (many ties) or many; with missing and doubled links, loops
+/// and links to the outer node; with scales below the weights of both ends, as in a filtration, or without such a rule;
+/// with any division into tiles.
 fn graphs() -> impl Strategy<Value = Graph> {
     let size = (1..9_i32, 1..9_i32, prop_oneof![Just(4_u32), Just(1000)], any::<bool>());
     size.prop_flat_map(|(width, height, values, is_filtration)| {
         let nodes = (width * height + 1) as usize;
         let slots = nodes * (STEPS.len() + 1);
-        // Of each possible link: how often it is there, and a number for its scale.
+        // For each possible link: its multiplicity, and a number for its scale.
         let links = prop::collection::vec((prop_oneof![1 => Just(0), 4 => Just(1), 1 => Just(2)], 0..values), slots);
         let weights = prop::collection::vec(0..values, nodes);
         let random_tiles = prop::collection::vec(0..4_u32, nodes);
@@ -195,7 +197,7 @@ fn graphs() -> impl Strategy<Value = Graph> {
                             if x < width && y < height { (1 + x + y * width) as u32 } else { OUTER }
                         }
                         Some(_) => OUTER,
-                        // A loop, now and then.
+                        // Sometimes a loop.
                         None if value % 4 == 0 => from as u32,
                         None => continue,
                     };
@@ -222,13 +224,13 @@ proptest! {
     }
 
     #[test]
-    fn tiles_give_what_one_pass_gives(graph in graphs()) {
+    fn four_tiles_equal_one_pass(graph in graphs()) {
         prop_assert_eq!(graph.tile_by_tile(), graph.by_the_rule());
     }
 
-    /// A single cut in two, anywhere.
+    /// One division into two tiles, anywhere.
     #[test]
-    fn two_tiles_give_what_one_pass_gives(mut graph in graphs()) {
+    fn two_tiles_equal_one_pass(mut graph in graphs()) {
         for tile in &mut graph.tiles {
             *tile &= 1;
         }
@@ -250,9 +252,9 @@ fn no_nodes_and_no_links() {
     }
 }
 
-/// A younger side that is open cannot be resolved: its merge is handed on, between the maxima of both sides.
+/// If the younger side is open, its merge cannot be resolved. It is passed on, between the maxima of both sides.
 #[test]
-fn an_open_node_leaves_its_merges() {
+fn merges_of_an_open_node_are_passed_on() {
     let link = |edge: u32, scale, ends| Link { scale, ends, edge };
     let graph = Graph {
         weights: vec![f64::INFINITY, 5.0, 9.0, 7.0],

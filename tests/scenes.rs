@@ -1,12 +1,11 @@
-//! Scenes against the real thing: the truth that they tell is what the skeleton of their points shows, and it is one
-//! story from beginning to end.
+//! Scenes against the engine: the true holes are those of the skeleton of the points, and the events are consistent.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use hopes::scene::{Frame, Kind, OptionError, Options, Scene, TrueEvent, TrueHole};
 use hopes::topology::{Options as Stream, Pipeline, RankedDot, Window};
 
-/// So near to an event the number of holes may be the one before or after it, where what happens takes time.
+/// Around an event that takes time, so many frames may show the number of holes before or after it.
 fn transition(kind: Kind) -> u64 {
     match kind {
         Kind::Pinch | Kind::Fuse | Kind::Open | Kind::Mixed => 4,
@@ -14,7 +13,7 @@ fn transition(kind: Kind) -> u64 {
     }
 }
 
-/// As far as a hole's centre may be from the true one: a share of its radius.
+/// The largest distance of a hole's centre from the true one, as a share of its radius.
 const NEAR: f64 = 0.35;
 
 fn scene(kind: Kind, options: Options) -> Scene {
@@ -36,25 +35,25 @@ fn dots(points: &[[f64; 2]], above: f64) -> Vec<RankedDot> {
     dots
 }
 
-/// Whether a hole is one of those.
+/// Whether one of the dots is this hole.
 fn is_seen(hole: &TrueHole, dots: &[RankedDot]) -> bool {
     dots.iter().any(|dot| hole.distance(dot.hole.center) <= NEAR * hole.radius)
 }
 
-/// What was looked at.
+/// Counts of a comparison.
 #[derive(Debug, Default)]
 struct Tally {
-    /// Frames, and those away from events.
+    /// All compared frames, and those away from events.
     frames: u32,
     calm: u32,
-    /// Of all of them: those with another number of dots than holes.
+    /// Frames with another number of dots than holes.
     differing: u32,
-    /// Of the calm ones.
+    /// Those among the frames away from events.
     differing_calm: u32,
-    /// True holes in calm frames, and those without a dot at their place.
+    /// True holes in frames away from events, and those without a dot at their position.
     holes: u32,
     unseen: u32,
-    /// The first calm frame at fault.
+    /// The first wrong frame away from events.
     first: Option<u64>,
 }
 
@@ -83,8 +82,8 @@ fn compare(kind: Kind, options: Options, count: usize, every: usize, transition:
     tally
 }
 
-/// All ways to make points of which the truth must be seen.
-fn ways() -> impl Iterator<Item = Options> {
+/// All options with which the skeleton must show the truth.
+fn option_sets() -> impl Iterator<Item = Options> {
     let noises = [0.0, 0.1].into_iter();
     noises.flat_map(|noise| {
         [12, 16].into_iter().flat_map(move |points_per_radius| {
@@ -96,8 +95,8 @@ fn ways() -> impl Iterator<Item = Options> {
 #[test]
 fn the_truth_is_what_the_skeleton_shows() {
     for kind in Kind::ALL {
-        for (number, options) in ways().enumerate() {
-            // Other frames in each way, so that all together see most of the scene.
+        for (number, options) in option_sets().enumerate() {
+            // Different frames for each set of options, so that together they cover most of the scene.
             let tally = compare(kind, Options { seed: number as u64, ..options }, 400, 41 + number, transition(kind));
             let fault = (tally.differing_calm, tally.unseen);
             assert_eq!(fault, (0, 0), "{} {options:?}: {tally:?}", kind.name());
@@ -123,7 +122,7 @@ fn the_truth_is_what_the_skeleton_shows_in_every_frame() {
     println!("scene noise points churn: frames, other number; calm frames, other number; holes, unseen; first fault");
     let mut faults = 0;
     for kind in Kind::ALL {
-        for options in ways() {
+        for options in option_sets() {
             let tally = compare(kind, options, 600, 1, transition(kind));
             let Options { noise, points_per_radius, churn, .. } = options;
             let Tally { frames, calm, differing, differing_calm, holes, unseen, first } = tally;
@@ -137,9 +136,9 @@ fn the_truth_is_what_the_skeleton_shows_in_every_frame() {
     assert_eq!(faults, 0);
 }
 
-// ---- the story
+// ---- events
 
-/// What happens to a hole in a frame.
+/// The hole of an event.
 fn id(event: &TrueEvent) -> u64 {
     match *event {
         TrueEvent::Born { id }
@@ -149,15 +148,15 @@ fn id(event: &TrueEvent) -> u64 {
     }
 }
 
-/// Who was there in the frame before, and which ids were given so far.
+/// The holes of the previous frame, and the ids used so far.
 #[derive(Default)]
-struct Story {
+struct EventChecker {
     holes: BTreeMap<u64, TrueHole>,
     given: BTreeSet<u64>,
 }
 
-impl Story {
-    /// Holds a frame against the rules.
+impl EventChecker {
+    /// Checks a frame against the rules.
     fn follow(&mut self, frame: &Frame) {
         let number = frame.number;
         let now: BTreeMap<u64, TrueHole> = frame.holes.iter().map(|&hole| (hole.id, hole)).collect();
@@ -188,12 +187,12 @@ impl Story {
 }
 
 #[test]
-fn the_truth_is_one_story() {
+fn the_events_are_consistent() {
     for kind in Kind::ALL {
         for seed in 0..4 {
             let options = Options { seed, points_per_radius: 2, ..Options::default() };
             let smallest = scene(kind, options).smallest_radius();
-            let mut story = Story::default();
+            let mut story = EventChecker::default();
             let mut least = f64::INFINITY;
             for frame in play(kind, options, 2000) {
                 story.follow(&frame);
@@ -212,12 +211,12 @@ fn holes_move_slowly() {
         for pair in frames.windows(2) {
             for hole in &pair[1].holes {
                 let before = pair[0].holes.iter().find(|before| before.id == hole.id);
-                // An annulus keeps its centre where the disc in it has it.
+                // An annulus has the same centre as the disc in it.
                 let way = before.map_or(0.0, |before| TrueHole { orbit: 0.0, ..*before }.distance(hole.center));
                 fastest = fastest.max(way / hole.radius);
             }
         }
-        // While they part or meet, the lesser discs of pairs are faster.
+        // While pairs part or meet, their smaller discs are faster.
         let limit = if matches!(kind, Kind::Pinch | Kind::Fuse | Kind::Mixed) { 0.14 } else { 0.06 };
         assert!(fastest <= limit, "{}: {fastest}", kind.name());
         assert_eq!(
@@ -262,7 +261,7 @@ fn each_scene_has_the_events_of_its_name() {
 
 // ---- the points
 
-/// The points of a cloud, in an order of their own.
+/// The points of a cloud, sorted.
 fn sorted(points: &[[f64; 2]]) -> Vec<[u64; 2]> {
     let mut bits: Vec<[u64; 2]> = points.iter().map(|point| point.map(f64::to_bits)).collect();
     bits.sort_unstable();
@@ -270,7 +269,7 @@ fn sorted(points: &[[f64; 2]]) -> Vec<[u64; 2]> {
 }
 
 #[test]
-fn what_changes_leads_from_cloud_to_cloud() {
+fn changes_lead_from_one_cloud_to_the_next() {
     for kind in Kind::ALL {
         for shuffle in [false, true] {
             let mut cloud: BTreeMap<[u64; 2], u32> = BTreeMap::new();
@@ -297,7 +296,7 @@ fn churn_is_the_share_that_is_drawn_anew() {
         let frames = play(Kind::Static, Options { churn, ..Options::default() }, 101);
         let count = frames[0].points.len() as f64;
         let changed: usize = frames[1..].iter().map(|frame| frame.gone.len()).sum();
-        // No more than one point of each of the 8 rings is still due.
+        // At most one point of each of the 8 rings is still due.
         assert!((changed as f64 - 100.0 * churn * count).abs() <= 8.0, "{churn}: {changed} of {count}");
         assert!(frames[1..].iter().all(|frame| frame.come.len() == frame.gone.len()));
     }
@@ -326,10 +325,10 @@ fn the_seed_decides_everything() {
     }
 }
 
-/// The hash FNV-1a of the points and holes of the first frames, bit for bit: what seeds stand for shall stay, in every
-/// version and on every machine.
+/// The hash FNV-1a of the points and holes of the first frames, bit for bit. The meaning of a seed must not change in
+/// any version or on any machine.
 #[test]
-fn scenes_stay_as_they_are() {
+fn scenes_do_not_change() {
     let digest = |kind| {
         let numbers = play(kind, Options::default(), 100).into_iter().flat_map(|frame| {
             let holes = frame.holes.into_iter().map(|hole| hole.center);

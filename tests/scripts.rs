@@ -1,9 +1,9 @@
-//! Random streams against recomputation from scratch, after every step: same skeleton, bit for bit, and ids that keep their promise.
+//! Random streams against recomputation from scratch after every step: the same skeleton, bit for bit, and stable ids.
 
 mod common;
 
-use common::clouds::{Ground, cases};
-use common::plot::{scripts, scripts_on};
+use common::clouds::{Placement, cases};
+use common::random_script::{scripts, scripts_on};
 use common::script::run;
 use proptest::prelude::*;
 
@@ -19,9 +19,9 @@ proptest! {
 proptest! {
     #![proptest_config(cases(300))]
 
-    /// Off the line and back, and ever fewer points on it.
+    /// A cloud leaves the line and returns to it, with ever fewer points on it.
     #[test]
-    fn lines_are_left_and_found_again(script in proptest::sample::select(&Ground::LINES[..]).prop_flat_map(scripts_on)) {
+    fn clouds_leave_a_line_and_return_to_it(script in proptest::sample::select(&Placement::LINES[..]).prop_flat_map(scripts_on)) {
         run(&script);
     }
 }

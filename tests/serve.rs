@@ -1,4 +1,4 @@
-//! `hopes serve` as its users meet it: a live stream in, frames out as they close, under load, noise and signals.
+//! `hopes serve` as a process: a live stream as input, frames as output, under load, bad input and signals.
 
 mod common;
 
@@ -18,7 +18,7 @@ fn frames(finished: Finished) -> Vec<FrameLine> {
     finished.text().lines().map(FrameLine::of).collect()
 }
 
-/// What a stream with these arguments makes of an input.
+/// The frames for these arguments and this input.
 fn served(arguments: &str, input: impl AsRef<[u8]>) -> Vec<FrameLine> {
     frames(hopes("serve").and(arguments).reads(input))
 }
@@ -28,7 +28,7 @@ fn frame(running: &mut Running) -> FrameLine {
     FrameLine::of(&running.line().expect("a frame is due"))
 }
 
-/// How many points each frame has added.
+/// The number of points that each frame adds.
 fn added(frames: &[FrameLine]) -> Vec<usize> {
     frames.iter().map(|frame| frame.vertices.add.len()).collect()
 }
@@ -79,7 +79,7 @@ fn a_line_has_exactly_these_keys() {
 }
 
 #[test]
-fn other_views_have_their_own_keys() {
+fn the_keys_depend_on_the_view() {
     let view = |arguments: &str| -> Value {
         let line = hopes("serve").and(arguments).reads("0 0\n").text();
         serde_json::from_str::<Value>(&line).unwrap()["view"].take()
@@ -102,10 +102,10 @@ fn an_empty_input_gives_one_empty_frame() {
     }
 }
 
-// ---- what closes a frame
+// ---- what commits a frame
 
 #[test]
-fn a_blank_line_closes_a_frame() {
+fn a_blank_line_commits_a_frame() {
     let frames = served("", "0 0\n1 0\n\n# a comment\n2 0\n \t\r\n\n3 0\n");
     assert_eq!(added(&frames), [2, 1, 0, 1]);
     let frames = served("--input jsonl", "[0,0]\n\n[1,0]\n[2,0]\n\n");
@@ -113,7 +113,7 @@ fn a_blank_line_closes_a_frame() {
 }
 
 #[test]
-fn a_commit_closes_a_frame_and_may_give_it_a_time() {
+fn a_commit_may_set_the_time_of_its_frame() {
     let input = r#"[0,0]
         {"commit":true,"time":7.5}
         [1,0,3]
@@ -128,25 +128,25 @@ fn a_commit_closes_a_frame_and_may_give_it_a_time() {
 }
 
 #[test]
-fn a_number_of_points_closes_a_frame() {
+fn a_number_of_points_commits_a_frame() {
     let points = |count: usize| -> String { (0..count).map(|i| format!("{},{}\n", i % 100, i / 100)).collect() };
     assert_eq!(added(&served("--frame-points 3", points(6))), [3, 3]);
     assert_eq!(added(&served("--frame-points 3", points(7))), [3, 3, 1], "the end closes the last");
     assert_eq!(added(&served("--frame-points 5000", points(12_000))), [5000, 5000, 2000]);
-    // Points on an old position count; bad ones do not; a blank line starts anew.
+    // Points at known positions count, refused ones do not, and a blank line starts again from 0.
     assert_eq!(added(&served("--frame-points 2", "0,0\n0,0\nnan,0\n1,0\nx\n2,0\n3,0\n\n4,0\n5,0\n")), [1, 2, 1, 2]);
     let listed = r#"{"points":[[0,0],[1,0],[2,0],[3,0],[4,0]]}"#;
     assert_eq!(added(&served("--input jsonl --frame-points 2", listed)), [2, 2, 1]);
 }
 
 #[test]
-fn what_is_refused_after_a_full_frame_is_told_at_the_end() {
+fn refusals_after_a_full_frame_are_reported_at_the_end() {
     let frames = served("--frame-points 1", "0,0\nnan,0\n");
     assert_eq!((added(&frames), frames.iter().map(|frame| frame.rejected).sum::<u64>()), (vec![1, 0], 1));
 }
 
 #[test]
-fn time_that_passes_closes_a_frame() {
+fn an_interval_commits_a_frame() {
     let mut running = hopes("serve --frame-every 20ms").start();
     let mut mirror = Mirror::default();
     let mut until = |running: &mut Running, points: usize| {
@@ -168,7 +168,7 @@ fn time_that_passes_closes_a_frame() {
 }
 
 #[test]
-fn a_point_is_not_kept_waiting_by_a_comment_behind_it() {
+fn a_comment_after_a_point_does_not_delay_the_point() {
     for tail in ["# a comment\n", "# one\n# two\n# and a half", "2"] {
         let mut running = hopes("serve --frame-every 10ms").start();
         running.say("1 0\n".to_owned() + tail);
@@ -203,10 +203,10 @@ fn a_commit_is_answered_at_once() {
     }
 }
 
-// ---- a mirror equals what it mirrors
+// ---- a mirror equals the original
 
-/// Feeds a random stream, frame by frame, to the program and to a window as a list, and compares what a mirror of the
-/// program's lines holds to what `compute` says of the list.
+/// Sends a random stream, frame by frame, to the program and to a reference window. Compares a mirror of the program's
+/// lines with the answer of `compute` for the reference window.
 fn assert_mirrored(keep: Keep, window: &str, view: &str, point: fn(&mut Random) -> [f64; 2], retractions: bool) {
     let mut random = Random::new(window.len() as u64 + 100 * view.len() as u64);
     let mut running = hopes("serve --input jsonl --window").and(window).and(view).start();
@@ -243,7 +243,7 @@ fn anywhere(random: &mut Random) -> [f64; 2] {
     random.point().map(|v| 10.0 * v - 5.0)
 }
 
-/// Soon every position is taken, and all distances tie.
+/// Soon every position is in use, and all distances tie.
 fn on_a_small_grid(random: &mut Random) -> [f64; 2] {
     random.node(7)
 }
@@ -292,7 +292,7 @@ fn late_points_are_refused_with_their_line() {
 }
 
 #[test]
-fn a_point_without_a_time_is_as_of_the_newest_time_known() {
+fn a_point_without_a_time_has_the_newest_time() {
     let timeless = hopes("serve --window time:10").reads("0,0\n");
     assert!(timeless.err.contains("line 1, point (0, 0): the point has no event time"), "{}", timeless.err);
     let timed = served("--window time:10 --input jsonl", "[0,0,5]\n[1,0]\n[2,0,4]\n\n[3,0,14.5]\n\n[4,0,15.5]\n\n");
@@ -333,10 +333,10 @@ fn the_same_input_gives_the_same_output_byte_for_byte() {
     }
 }
 
-// ---- what cannot be used
+// ---- bad input
 
 #[test]
-fn bad_lines_are_named_and_counted_in_their_frame_and_the_rest_goes_on() {
+fn bad_lines_are_named_and_counted_in_their_frame_and_skipped() {
     let input = "x,y\n0,0\n# c\nzwei,2\n1,0\n\nnan,1\n1e300,0\n3\n\n1,1\n0,1\n";
     let finished = hopes("serve").reads(input);
     for reason in [
@@ -362,7 +362,7 @@ fn bad_lines_are_named_and_counted_in_their_frame_and_the_rest_goes_on() {
 }
 
 #[test]
-fn strict_stops_at_the_first_line_that_cannot_be_used() {
+fn strict_stops_at_the_first_bad_line() {
     for (arguments, input, words) in [
         ("", "0,0\nx,1\n1,1\n", ["line 2,", "\"x\" is not a number"]),
         ("", "# c\nx,y\n\u{20}# c\n0,inf\n", ["line 4,", "y = inf"]),
@@ -387,13 +387,13 @@ fn strict_stops_while_the_producer_goes_on() {
 }
 
 #[test]
-fn a_column_that_the_header_lacks_is_named() {
+fn a_missing_column_is_named() {
     let program = hopes("serve --columns lon,alt");
     program.reads("lon,lat\n1,2\n").fails(1, &["line 1", "\"alt\"", "lon,lat", "number the columns from 1"]);
 }
 
 #[test]
-fn arguments_that_make_no_sense_are_refused_with_a_remedy() {
+fn invalid_arguments_give_an_error_with_a_remedy() {
     for (arguments, words) in [
         ("--window points:0", &["--window", "a number of points, from 1"][..]),
         ("--window last:5", &["all, points:N, frames:N or time:T"]),
@@ -432,7 +432,7 @@ fn an_output_that_fails_is_a_failure() {
 }
 
 #[test]
-fn a_closed_log_does_not_stop_the_work() {
+fn a_closed_stderr_does_not_stop_the_program() {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
     let (input, mut producer) = std::io::pipe().unwrap();
@@ -447,14 +447,14 @@ fn a_closed_log_does_not_stop_the_work() {
 // ---- ends
 
 #[test]
-fn whoever_has_read_enough_may_close_the_pipe_while_the_producer_goes_on() {
+fn a_closed_output_pipe_is_no_error_while_the_producer_goes_on() {
     let mut running = hopes("serve").start();
     let (mut stdin, mut stdout) = (running.take_stdin(), running.take_stdout());
     stdin.write_all(b"0 0\n\n").unwrap();
     stdout.read_exact(&mut [0; 10]).unwrap();
     drop(stdout);
     let producer = thread::spawn(move || {
-        // Until the program is gone, which breaks this pipe.
+        // The loop ends when the program closes the pipe.
         while stdin.write_all(b"1 1\n\n").is_ok() {}
     });
     let finished = running.ends();
@@ -480,7 +480,7 @@ fn a_signal_ends_an_idle_stream() {
 }
 
 #[test]
-fn a_signal_closes_the_frame_in_hand() {
+fn a_signal_commits_the_open_frame() {
     for (signal, name, _) in POLITE {
         let mut running = hopes("serve --window points:10").start();
         running.say("0 0\n\n");
@@ -500,7 +500,7 @@ fn a_signal_closes_the_frame_in_hand() {
     }
 }
 
-/// What the system has to be asked about.
+/// Tests that ask the operating system about the process.
 #[cfg(target_os = "linux")]
 mod under_load {
     use std::process::ChildStdin;
@@ -512,7 +512,7 @@ mod under_load {
     use super::*;
     use common::process::settled;
 
-    /// Writes in a thread of its own, and counts; the thread gives the pipe back.
+    /// Writes in its own thread, and counts. The thread returns the pipe.
     struct Producer {
         thread: JoinHandle<ChildStdin>,
         written: Arc<AtomicUsize>,
@@ -525,33 +525,34 @@ mod under_load {
             Self { thread: thread::spawn(move || write(&counter)), written }
         }
 
-        /// Waits until the program has begun to write and nothing moves any more. How much it has taken, as counted.
-        fn until_held_back(&self, running: &Running) -> usize {
+        /// Waits until the program has begun to write and nothing moves any more. Returns how many units it has
+        /// accepted.
+        fn until_blocked(&self, running: &Running) -> usize {
             let state = || (self.written.load(Ordering::Relaxed), running.unread());
             let (taken, _) = settled(Duration::from_millis(500), || Some(state()).filter(|&(_, unread)| unread > 0));
             taken
         }
     }
 
-    /// A stream that waits, since nobody reads its frames.
-    fn stuffed() -> Running {
+    /// A stream that is blocked, since nobody reads its frames.
+    fn blocked() -> Running {
         let mut running = hopes("serve").start();
         let mut stdin = running.take_stdin();
         let producer = Producer::start(move |written| {
-            // Until the program is gone, which breaks this pipe.
+            // The loop ends when the program closes the pipe.
             while stdin.write_all(b"\n").is_ok() {
                 written.fetch_add(1, Ordering::Relaxed);
             }
             stdin
         });
-        producer.until_held_back(&running);
+        producer.until_blocked(&running);
         running
     }
 
     #[test]
-    fn a_second_signal_ends_a_stream_that_nobody_reads() {
+    fn a_second_signal_ends_a_blocked_stream() {
         for (first, second) in [(0, 0), (1, 1), (0, 1), (1, 0)] {
-            let mut running = stuffed();
+            let mut running = blocked();
             running.signal(POLITE[first].0);
             running.until_handled(POLITE[first].0);
             assert!(running.is_alive(), "the first signal waits for a reader");
@@ -563,7 +564,7 @@ mod under_load {
 
     #[test]
     fn after_a_signal_all_closed_frames_are_still_written() {
-        let mut running = stuffed();
+        let mut running = blocked();
         running.signal(Signal::TERM);
         let mut mirror = Mirror::default();
         let mut frames = 0;
@@ -576,16 +577,17 @@ mod under_load {
         assert!(finished.err.contains(&format!("SIGTERM: stopped after frame {frames}")), "{frames}: {}", finished.err);
     }
 
-    /// Points that the program may hold between its input and a frame: 16 batches of 4096 under way, one being filled, one
-    /// being worked on.
-    const UNDER_WAY: usize = 18 * 4096;
+    /// The largest number of points between input and frame: 16 batches of 4096 in the queue, one being filled, one
+    /// being processed.
+    const QUEUED: usize = 18 * 4096;
 
-    /// More than the program ever needs here: its own pages, the points under way (40 bytes each) and a few small frames.
+    /// More memory than the program ever needs here: its own pages, the queued points (40 bytes each) and a few small
+    /// frames.
     const MEMORY: u64 = 32 << 20;
 
-    /// Nobody reads: the producer has to wait, memory stays bounded, and nothing is lost once somebody does.
+    /// While nobody reads, the producer has to wait and memory is bounded. Nothing is lost once somebody reads.
     #[test]
-    fn an_unread_output_holds_the_producer_back() {
+    fn an_unread_output_blocks_the_producer() {
         const FRAME: usize = 5000;
         const LINE: usize = 125;
         const LINES: usize = 400_000;
@@ -601,9 +603,10 @@ mod under_load {
             }
             stdin
         });
-        let taken = producer.until_held_back(&running);
-        // Frames: one in hand, two under way, one being written, some in the pipe; bytes: in the reader's buffer and in its pipe.
-        let bound = (UNDER_WAY + 6 * FRAME) * LINE + (64 << 10) + (64 << 10);
+        let taken = producer.until_blocked(&running);
+        // Frames: one being filled, two in the queue, one being written, some in the pipe. Bytes: in the reader's
+        // buffer and in its pipe.
+        let bound = (QUEUED + 6 * FRAME) * LINE + (64 << 10) + (64 << 10);
         assert!(taken < bound, "{taken} of {} bytes were taken, {bound} at the most are due", LINES * LINE);
         assert!(running.peak_memory() < MEMORY, "{}", running.peak_memory());
         let mut mirror = Mirror::default();
@@ -617,8 +620,8 @@ mod under_load {
         assert_eq!((finished.code, finished.out.len()), (Some(0), 0), "{}", finished.err);
     }
 
-    /// A hundred megabytes of noise pass; every line of them is counted, and they leave nothing behind.
-    fn assert_noise_passes(arguments: &str, first: &'static str, last: &'static str) {
+    /// A hundred megabytes of bad lines: every line is counted, and none uses memory later.
+    fn assert_bad_lines_are_skipped(arguments: &str, first: &'static str, last: &'static str) {
         let mut running = hopes("serve").and(arguments).start();
         let noise = Arc::new(Random::new(7).bytes(100_000_000));
         let (mut stdin, fed) = (running.take_stdin(), Arc::clone(&noise));
@@ -652,19 +655,19 @@ mod under_load {
     }
 
     #[test]
-    fn noise_is_no_table() {
-        assert_noise_passes("", "x,y\n", "\n0,0\n\n");
+    fn random_bytes_are_bad_lines_of_csv() {
+        assert_bad_lines_are_skipped("", "x,y\n", "\n0,0\n\n");
     }
 
     #[test]
-    fn noise_is_no_json() {
-        assert_noise_passes("--input jsonl", "", "\n[0,0]\n\n");
+    fn random_bytes_are_bad_lines_of_json() {
+        assert_bad_lines_are_skipped("--input jsonl", "", "\n[0,0]\n\n");
     }
 }
 
 // ---- tiles
 
-/// Small changes of a larger cloud are followed in tiles, on any number of threads, and checked against recomputation.
+/// Small changes of a larger cloud are computed in tiles, on any number of threads, and compared with recomputation.
 #[test]
 fn threads_and_checks_change_nothing() {
     let mut random = Random::new(11);
@@ -682,6 +685,6 @@ fn threads_and_checks_change_nothing() {
 }
 
 #[test]
-fn no_threads_at_all_are_refused() {
+fn zero_threads_are_refused() {
     hopes("serve --threads 0").reads("").fails(2, &["--threads", "0"]);
 }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::by_position::{ByPosition, in_order};
-use common::clouds::{Ground, Point, cases, clouds, clouds_on, distinct, shuffled};
+use common::clouds::{Placement, Point, cases, clouds, clouds_on, distinct, shuffled};
 use common::skeleton_of;
 use hopes::topology::Skeleton;
 use proptest::prelude::*;
@@ -15,7 +15,7 @@ fn by_position(points: &[Point]) -> ByPosition {
 proptest! {
     #![proptest_config(cases(400))]
 
-    /// Ties included: ids alone may differ.
+    /// Ties included. Only ids may differ.
     #[test]
     fn the_order_of_arrival_does_not_matter((cloud, again) in shuffled(clouds(0..150))) {
         by_position(&again).assert_same(&by_position(&cloud));
@@ -31,7 +31,7 @@ proptest! {
 /// A map of the plane.
 type Map = fn(Point) -> Point;
 
-/// Isometries that doubles can follow exactly.
+/// Isometries that are exact in doubles.
 const EXACT: [(&str, Map); 7] = [
     ("reflection in the y axis", |[x, y]| [-x, y]),
     ("reflection in the x axis", |[x, y]| [x, -y]),
@@ -42,7 +42,7 @@ const EXACT: [(&str, Map); 7] = [
     ("three quarters of a turn", |[x, y]| [y, -x]),
 ];
 
-/// Births and deaths, by birth.
+/// Births and deaths, sorted by birth.
 fn dots(skeleton: &Skeleton) -> Vec<[f64; 2]> {
     in_order(skeleton.dots().iter().map(|dot| [dot.birth, dot.death]).collect())
 }
@@ -55,7 +55,7 @@ fn moved(points: &[Point], motion: impl Fn(Point) -> Point) -> Vec<Point> {
     points.iter().copied().map(motion).collect()
 }
 
-/// Edges by the moved positions of their ends, both tree and critical.
+/// Edges by the moved positions of their ends, both tree edges and critical edges.
 fn moved_edges(skeleton: &ByPosition, motion: impl Fn(Point) -> Point) -> [Vec<[Point; 2]>; 2] {
     let moved = |edge: [Point; 2]| in_order(edge.map(|p| motion(p).map(|v| v + 0.0)));
     let tree = skeleton.tree.iter().map(|&edge| moved(edge)).collect();
@@ -79,9 +79,10 @@ fn assert_same_length(ours: &Skeleton, theirs: &Skeleton, tolerance: f64, what: 
 proptest! {
     #![proptest_config(cases(200))]
 
-    /// Lengths to the last bit; a circumradius, which is measured from the first of its corners, to the precision that is promised.
+    /// Lengths are exact to the last bit. A circumradius is computed from the first of its corners, so it has the
+    /// promised precision only.
     #[test]
-    fn exact_isometries_keep_dots_and_edges(cloud in clouds_on(&Ground::TIE_FREE, 0..120)) {
+    fn exact_isometries_keep_dots_and_edges(cloud in clouds_on(&Placement::TIE_FREE, 0..120)) {
         let still = skeleton_of(&cloud);
         for (what, motion) in EXACT {
             let image = skeleton_of(&moved(&cloud, motion));
@@ -93,9 +94,9 @@ proptest! {
         }
     }
 
-    /// With ties another tree may be the first in the order, but of the same length; a radius is right to the last bits only.
+    /// With ties another tree of the same length may be first in the order. A radius is right except for its last bits.
     #[test]
-    fn exact_isometries_keep_dots_under_ties(cloud in clouds_on(&Ground::INTEGERS, 0..120)) {
+    fn exact_isometries_keep_dots_under_ties(cloud in clouds_on(&Placement::INTEGERS, 0..120)) {
         let still = skeleton_of(&cloud);
         for (what, motion) in EXACT {
             let image = skeleton_of(&moved(&cloud, motion));
@@ -104,10 +105,10 @@ proptest! {
         }
     }
 
-    /// Differences of coordinates stay as they are, and so does the order of positions: nothing at all may change.
+    /// Differences of coordinates and the order of positions do not change, so nothing may change.
     #[test]
     fn exact_translations_change_nothing(
-        cloud in clouds_on(&Ground::INTEGERS, 0..120),
+        cloud in clouds_on(&Placement::INTEGERS, 0..120),
         by in [-1_000_000..1_000_000_i32, -1_000_000..1_000_000_i32],
     ) {
         let motion = |p: Point| [0, 1].map(|axis| p[axis] + f64::from(by[axis]));
@@ -118,7 +119,7 @@ proptest! {
         prop_assert_eq!(moved_edges(&ByPosition::of(&image), |p| p), want);
     }
 
-    /// Every operation on the way is exact in its exponent: every bit is kept, of every cloud.
+    /// Every operation is exact except for its exponent, so every bit is kept, for every cloud.
     #[test]
     fn scaling_by_powers_of_two_scales_everything(cloud in clouds(0..120), exponent in -50..170_i32) {
         let scale = 2f64.powi(exponent);
@@ -139,7 +140,7 @@ proptest! {
     }
 
     #[test]
-    fn generic_rotations_keep_dots(cloud in Ground::Uniform.points(0..120), angle in 0.0..std::f64::consts::TAU) {
+    fn generic_rotations_keep_dots(cloud in Placement::Uniform.points(0..120), angle in 0.0..std::f64::consts::TAU) {
         let (sin, cos) = angle.sin_cos();
         let motion = |[x, y]: Point| [cos * x - sin * y, sin * x + cos * y];
         let (still, image) = (skeleton_of(&cloud), skeleton_of(&moved(&cloud, motion)));

@@ -1,4 +1,5 @@
-//! `hopes demo`, `replay`, `record`, `watch`, `feed`, `scene`, `status` and `tracks` as their users meet them. The daemon is a fake one where it has to say what a real one never should.
+//! `hopes demo`, `replay`, `record`, `watch`, `feed`, `scene`, `status` and `tracks` as processes. Where the daemon
+//! must send what a real one never sends, it is a scripted one.
 
 mod common;
 #[path = "tools/feed.rs"]
@@ -19,7 +20,7 @@ use common::process::{Hopes, hopes};
 use hopes_protocol::*;
 use serde_json::{Value, json};
 
-// ---- beginning to talk
+// ---- connecting
 
 /// Every client of a daemon, at this address.
 fn clients(address: &str) -> [Hopes; 4] {
@@ -27,7 +28,7 @@ fn clients(address: &str) -> [Hopes; 4] {
 }
 
 #[test]
-fn nobody_there_is_told_with_what_to_do() {
+fn a_missing_daemon_gives_an_error_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let address = format!("unix:{}/none", folder.path().display());
     for client in clients(&address) {
@@ -41,7 +42,7 @@ fn nobody_there_is_told_with_what_to_do() {
 }
 
 #[test]
-fn what_makes_no_sense_is_wrong_usage() {
+fn invalid_arguments_are_wrong_usage() {
     for (arguments, words) in [
         ("watch --from nowhere", "is no address: write unix:PATH"),
         ("watch", "--from <ADDRESS>"),
@@ -59,7 +60,7 @@ fn what_makes_no_sense_is_wrong_usage() {
 }
 
 #[test]
-fn a_version_that_is_not_spoken_is_told_by_both_sides() {
+fn an_unsupported_version_gives_an_error_with_both_ranges() {
     for number in 0..4 {
         let daemon = FakeDaemon::new();
         let client = clients(&daemon.address())[number].start();
@@ -76,8 +77,8 @@ fn a_version_that_is_not_spoken_is_told_by_both_sides() {
 }
 
 #[test]
-fn who_is_no_daemon_or_wants_nobody_is_told() {
-    let told = |say: &dyn Fn(&mut Peer), words: &[&str]| {
+fn a_peer_that_is_no_daemon_or_refuses_gives_an_error() {
+    let expect_error = |say: &dyn Fn(&mut Peer), words: &[&str]| {
         let daemon = FakeDaemon::new();
         let client = hopes("watch --from").with(daemon.address()).start();
         let mut peer = daemon.accept();
@@ -86,18 +87,18 @@ fn who_is_no_daemon_or_wants_nobody_is_told() {
         drop(peer);
         client.finish().fails(1, &[words, &[daemon.address().as_str()]].concat());
     };
-    told(&|peer| peer.write(b"HTTP/1.1 400 Bad Request\r\n\r\n"), &["is no hopes daemon"]);
-    told(&|_| (), &["closed the connection before it had greeted"]);
-    told(&|peer| peer.write(&Banner::OURS.encode()[..9]), &["closed the connection within a message"]);
-    let report = Report { code: 13, answers: 0, text: "too many guests".to_owned() };
-    told(
+    expect_error(&|peer| peer.write(b"HTTP/1.1 400 Bad Request\r\n\r\n"), &["is no hopes daemon"]);
+    expect_error(&|_| (), &["closed the connection before it had greeted"]);
+    expect_error(&|peer| peer.write(&Banner::OURS.encode()[..9]), &["closed the connection within a message"]);
+    let report = Report { code: 13, answers: 0, text: "too many connections".to_owned() };
+    expect_error(
         &|peer| {
             peer.write(&Banner::OURS.encode());
             peer.send(0, report.clone());
         },
-        &["refuses the connection: too many guests"],
+        &["refuses the connection: too many connections"],
     );
-    told(
+    expect_error(
         &|peer| {
             peer.write(&Banner::OURS.encode());
             peer.send(0, Pong { token: 1 });
@@ -147,7 +148,7 @@ fn the_status_is_a_table_or_json() {
         let mut peer = daemon.greet();
         let Some((channel, Message::GetStatus(_))) = peer.next() else { panic!("GetStatus is due") };
         peer.send(channel, status.clone());
-        peer.parts();
+        peer.expect_goodbye();
         client.finish().text()
     };
     let table = asked(FakeDaemon::new(), "");

@@ -1,5 +1,5 @@
-//! The live page as browsers, scrapers and strangers meet it: a real process, real connections, every byte of a
-//! request said by the test.
+//! The live page as browsers, scrapers and attackers see it: a real process, real connections, and requests whose every
+//! byte is written by the test.
 
 #[path = "view/answers.rs"]
 mod answers;

@@ -1,6 +1,6 @@
-//! A daemon process, for as long as a measurement takes.
+//! A daemon process for one measurement.
 //!
-//! In: the program. Out: its socket, its memory. Invariants: it is gone when this is.
+//! In: the program. Out: its socket, its memory. Invariants: the process is killed when this is dropped.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, Stdio};
@@ -11,18 +11,18 @@ use anyhow::Context;
 /// A running daemon.
 pub struct Daemon {
     child: Child,
-    /// Where it listens.
+    /// The path of its socket.
     pub socket: PathBuf,
     _folder: tempfile::TempDir,
 }
 
 impl Daemon {
-    /// Starts one, and waits until it listens.
+    /// Starts a daemon, and waits until it listens.
     pub fn start(hopes: &Path, arguments: &[&str]) -> anyhow::Result<Self> {
         Self::start_with(hopes, &[&["--quiet"], arguments].concat(), Stdio::inherit())
     }
 
-    /// Starts one that tells how long each frame took. Gives its log.
+    /// Starts a daemon that logs the time of each frame. Also returns its log.
     pub fn start_traced(hopes: &Path) -> anyhow::Result<(Self, ChildStderr)> {
         let mut daemon = Self::start_with(hopes, &["-vv"], Stdio::piped())?;
         let log = daemon.child.stderr.take().context("the daemon has no log")?;
@@ -47,7 +47,7 @@ impl Daemon {
         Ok(Self { child, socket, _folder: folder })
     }
 
-    /// Memory now, and at the most so far, in MiB.
+    /// The memory now and its peak, in MiB.
     pub fn memory(&self) -> (u64, u64) {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap_or_default();
         let field = |name: &str| {
@@ -57,7 +57,7 @@ impl Daemon {
         (field("VmRSS:"), field("VmHWM:"))
     }
 
-    /// Asks it to end, and tells whether it did so in good order.
+    /// Sends SIGTERM. Returns whether the daemon ended cleanly.
     pub fn stop(mut self) -> anyhow::Result<bool> {
         signal(self.child.id(), rustix::process::Signal::TERM);
         let deadline = Instant::now() + Duration::from_secs(15);
@@ -79,7 +79,7 @@ impl Drop for Daemon {
     }
 }
 
-/// Sends a signal to a process of ours.
+/// Sends a signal to a child process.
 pub fn signal(process: u32, signal: rustix::process::Signal) {
     if let Some(process) = rustix::process::Pid::from_raw(process as i32) {
         let _ = rustix::process::kill_process(process, signal);

@@ -1,6 +1,7 @@
 //! Single figures: latency, ingest, bytes.
 //!
-//! In: the program and sizes. Out: a line each. Invariants: both sides of a comparison do the same work on the same points, in one run.
+//! In: the program and sizes. Out: one line for each. Invariants: both sides of a comparison do the same work on the
+//! same points in one run.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -14,7 +15,7 @@ use crate::peer::{Peer, subscribe};
 
 const CHANNEL: u32 = 1;
 
-/// Numbers that look random and are the same in every run.
+/// Random numbers that are the same in every run.
 pub struct Random(pub u64);
 
 impl Random {
@@ -26,7 +27,7 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Anywhere in the unit square.
+    /// Uniform points of the unit square.
     pub fn points(&mut self, count: usize) -> Vec<(f64, f64)> {
         (0..count).map(|_| (self.unit(), self.unit())).collect()
     }
@@ -36,7 +37,7 @@ fn batch(sequence: u64, points: Vec<(f64, f64)>) -> Batch {
     Batch { sequence, points, times: Vec::new(), tags: Vec::new() }
 }
 
-/// A part of all, from the least on.
+/// A percentile of sorted numbers.
 pub fn percentile(sorted: &[f64], share: f64) -> f64 {
     sorted
         .get(((sorted.len() as f64 * share) as usize).min(sorted.len().saturating_sub(1)))
@@ -102,7 +103,7 @@ pub fn latency(hopes: &Path, points: usize, replace: usize, frames: usize, rate:
     Ok(())
 }
 
-/// Seconds that each frame took the engine, as the daemon's log says.
+/// The seconds that each frame took the engine, from the daemon's log.
 fn engine_times(log: impl Read) -> Vec<f64> {
     let mut times = Vec::new();
     for line in BufReader::new(log).lines().map_while(Result::ok) {
@@ -159,7 +160,7 @@ pub fn bytes(hopes: &Path, points: usize, replace: usize) -> anyhow::Result<()> 
     let window = Some(Window::Points(points as u64));
     producer.send(CHANNEL, Open { name: "s".to_owned(), window, resolution: None })?;
     let mut random = Random(5);
-    // Oldest points are replaced: in stripes, so that they lie in one place.
+    // The oldest points are replaced. They form stripes, so they are in one place.
     let stripes = points.div_ceil(replace);
     let mut stripe = |place: usize| -> Vec<(f64, f64)> {
         let left = (place % stripes) as f64 / stripes as f64;

@@ -1,7 +1,10 @@
-//! What the sockets of a daemon cost, and whether it stays whole under load: `cargo run --release --example sockets -- latency|ingest|bytes|soak`.
+//! The cost of a daemon's sockets, and a load test: `cargo run --release --example sockets --
+//! latency|ingest|bytes|soak`.
 //!
-//! In: options; the program `hopes` of the same build, started for each run. Out: a table on stdout; exit code 1 if anything that must hold does not. Invariants: whatever a consumer
-//! holds was proved by its checksum. Must not know: how the daemon works inside.
+//! In: options; the program `hopes` of the same build, which is started for each run. Out: a table on stdout. The exit
+//! code is 1 if an invariant is violated.
+//!
+//! Invariants: the content of every consumer is verified by its checksum. Must not know: how the daemon works inside.
 
 mod daemon;
 mod figures;
@@ -24,33 +27,33 @@ struct Args {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// From a commit until a consumer holds the frame, beside the engine's own time.
+    /// From a commit until a consumer has the frame, compared with the engine's own time.
     Latency {
         /// Vertices.
         #[arg(long, default_value_t = 10_000)]
         points: usize,
-        /// Points replaced a frame.
+        /// Points replaced in each frame.
         #[arg(long, default_value_t = 1_000)]
         replace: usize,
         /// Frames.
         #[arg(long, default_value_t = 600)]
         frames: usize,
-        /// A second.
+        /// Frames in a second.
         #[arg(long, default_value_t = 20.0)]
         rate: f64,
     },
-    /// Points a second, without frames.
+    /// Points in a second, without frames.
     Ingest {
-        /// How many.
+        /// Number of points.
         #[arg(long, default_value_t = 20_000_000)]
         points: usize,
     },
-    /// Bytes of a frame beside those of a snapshot.
+    /// Bytes of a frame, compared with those of a snapshot.
     Bytes {
         /// Vertices.
         #[arg(long, default_value_t = 100_000)]
         points: usize,
-        /// Points replaced a frame, in one place.
+        /// Points replaced in each frame, in one place.
         #[arg(long, default_value_t = 1_000)]
         replace: usize,
     },

@@ -1,6 +1,7 @@
-//! A peer of a daemon, as plain as can be: a socket, a decoder, messages.
+//! A minimal peer of a daemon: a socket, a decoder, messages.
 //!
-//! In: a socket's path. Out: messages, whole. Invariants: pings are answered; an error of the daemon is an error here.
+//! In: the path of a socket. Out: whole messages. Invariants: pings are answered. An error from the daemon is an error
+//! here.
 
 use std::io::{ErrorKind, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -23,7 +24,7 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Connects and greets.
+    /// Connects and does the handshake.
     pub fn connect(socket: &Path) -> anyhow::Result<Self> {
         let stream = UnixStream::connect(socket).context("cannot connect")?;
         stream.set_read_timeout(Some(Duration::from_secs(60)))?;
@@ -44,7 +45,7 @@ impl Peer {
         Ok(self.stream.write_all(&encode(VERSION, channel, &message.into())?)?)
     }
 
-    /// The next message; waits for it.
+    /// Waits for the next message.
     pub fn receive(&mut self) -> anyhow::Result<(u32, Message)> {
         loop {
             if let Some(frame) = self.decoder.frame()? {
@@ -59,7 +60,7 @@ impl Peer {
         }
     }
 
-    /// Another connection's end of the same socket, for a second thread.
+    /// A clone of the socket for another thread.
     pub fn split(&self) -> anyhow::Result<UnixStream> {
         Ok(self.stream.try_clone()?)
     }
@@ -67,7 +68,7 @@ impl Peer {
     fn fill(&mut self) -> anyhow::Result<()> {
         let length = loop {
             match self.stream.read(&mut self.buffer) {
-                // A stopped process that goes on finds its reads interrupted.
+                // After a stopped process continues, its reads are interrupted.
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 read => break read?,
             }
@@ -79,7 +80,7 @@ impl Peer {
     }
 }
 
-/// A wish to follow one stream.
+/// The message that subscribes to one stream.
 pub fn subscribe(stream: &str, cut: Cut, simplify: Simplify, resume: Option<Resume>) -> Subscribe {
     Subscribe { pattern: stream.to_owned(), view: View { cut, simplify }, dots: DotsWanted::No, resume }
 }

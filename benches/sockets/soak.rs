@@ -1,9 +1,13 @@
-//! Many producers and consumers for minutes, some of them stopped, killed, slow, or coming back.
+//! Many producers and consumers for minutes. Some of them are stopped, killed, slow, or reconnect.
 //!
-//! In: how many, how long. Out: counts, latencies in calm and in rough phases, memory; what does not hold. Invariants, which are what is tested: every frame that a consumer has was proved; frames follow
-//! upon each other, or the consumer is told what is missing; every batch that was committed is in the last frame, and nothing else; the daemon's memory does not grow.
+//! In: how many, and how long. Out: counts, latencies in calm and in rough phases, memory, and violated invariants.
 //!
-//! Each producer owns some points of its stream and replaces a few of them each time, so that what must be there at the end is known.
+//! Invariants, which are tested: every frame of a consumer was verified. Frames follow each other, or the consumer gets
+//! the missing range. The last frame has the points of every committed batch and no others. The daemon's memory does
+//! not grow.
+//!
+//! Each producer owns some points of its stream and replaces a few of them each time, so the points at the end are
+//! known.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
@@ -24,7 +28,7 @@ use crate::peer::{Peer, subscribe};
 /// Many peers, some of them badly behaved.
 #[derive(Clone, Debug, Args)]
 pub struct Soak {
-    /// How long.
+    /// The duration in minutes.
     #[arg(long, default_value_t = 10.0)]
     minutes: f64,
     /// Streams; producers and consumers are spread over them.
@@ -42,15 +46,15 @@ pub struct Soak {
     /// Points of each producer.
     #[arg(long, default_value_t = 250)]
     points: usize,
-    /// Points that each producer replaces a frame.
+    /// Points that each producer replaces in a frame.
     #[arg(long, default_value_t = 5)]
     replace: usize,
-    /// Have the daemon recompute every frame and compare.
+    /// Let the daemon recompute every frame and compare.
     #[arg(long)]
     check: bool,
 }
 
-/// Calm and rough phases take turns, so that both meet the same machine.
+/// Calm and rough phases alternate, so that both run on the same machine.
 const PHASE: Duration = Duration::from_secs(15);
 
 const CHANNEL: u32 = 1;
@@ -59,9 +63,9 @@ struct Shared {
     soak: Soak,
     socket: PathBuf,
     start: Instant,
-    /// No more frames are to be made.
+    /// No more frames are made.
     is_over: AtomicBool,
-    /// Some consumers are stopped.
+    /// Some consumers are being stopped.
     is_rough: AtomicBool,
     frames: AtomicU64,
     lagged: AtomicU64,
@@ -74,7 +78,7 @@ struct Shared {
 
 impl Shared {
     fn problem(&self, what: String) {
-        let mut problems = self.problems.lock().expect("nobody panics here");
+        let mut problems = self.problems.lock().expect("no thread panics while it holds the lock");
         if problems.len() < 20 {
             eprintln!("PROBLEM: {what}");
         }
@@ -88,7 +92,7 @@ impl Shared {
 
 impl Soak {
     pub fn run(self, hopes: &Path) -> anyhow::Result<()> {
-        // Small bounds, so that they are met.
+        // Small limits, so that they are reached.
         let mut arguments = vec!["--history", "4MiB", "--consumer-queue", "64KiB"];
         arguments.extend(self.check.then_some("--check"));
         let daemon = Daemon::start(hopes, &arguments)?;
@@ -106,7 +110,7 @@ impl Soak {
             problems: Mutex::default(),
             soak: self.clone(),
         });
-        // Every twentieth consumer is a process of its own, to be stopped and killed.
+        // Every twentieth consumer is a process of its own, which can be stopped and killed.
         let processes = self.consumers / 20;
         let peers = |count: usize, work: fn(&Shared, usize) -> anyhow::Result<()>| -> Vec<_> {
             (0..count).map(|peer| (peer, work)).map(|(peer, work)| spawn(&shared, peer, work)).collect()
@@ -120,7 +124,7 @@ impl Soak {
         let consumers = peers(self.consumers - processes, consume);
         let memory = disturb(&shared, hopes, processes, &daemon)?;
         shared.is_over.store(true, Relaxed);
-        let mut left: Vec<Left> = Vec::new();
+        let mut left: Vec<FinalPoints> = Vec::new();
         for producer in producers {
             match producer.join() {
                 Ok(Ok(points)) => left.push(points),
@@ -132,11 +136,11 @@ impl Soak {
         for consumer in consumers {
             drop(consumer.join());
         }
-        tell(&shared, &memory);
+        report(&shared, &memory);
         if !daemon.stop()? {
             shared.problem("the daemon did not end in good order".to_owned());
         }
-        let problems = shared.problems.lock().expect("nobody panics here");
+        let problems = shared.problems.lock().expect("no thread panics while it holds the lock");
         anyhow::ensure!(problems.is_empty(), "{} problems, the first: {}", problems.len(), problems[0]);
         println!("nothing was wrong");
         Ok(())
@@ -152,13 +156,13 @@ fn spawn(shared: &Arc<Shared>, peer: usize, work: fn(&Shared, usize) -> anyhow::
     })
 }
 
-/// What a producer has in its stream at the end.
-struct Left {
+/// The points of a producer in its stream at the end.
+struct FinalPoints {
     stream: String,
     points: Vec<(f64, f64)>,
 }
 
-fn produce(shared: &Shared, peer: usize) -> anyhow::Result<Left> {
+fn produce(shared: &Shared, peer: usize) -> anyhow::Result<FinalPoints> {
     let Soak { streams, rate, points, replace, .. } = shared.soak;
     let mut random = Random(peer as u64 + 1);
     let name = shared.name(peer);
@@ -175,7 +179,7 @@ fn produce(shared: &Shared, peer: usize) -> anyhow::Result<Left> {
         daemon.send(CHANNEL, Retract { sequence: sequence + 1, points: old })?;
         sequence += 2;
         let mut unanswered = 2;
-        // One producer of each stream closes its frames.
+        // One producer of each stream commits its frames.
         if peer < streams {
             let time = Some(shared.start.elapsed().as_secs_f64());
             daemon.send(CHANNEL, Commit { sequence, time })?;
@@ -192,11 +196,11 @@ fn produce(shared: &Shared, peer: usize) -> anyhow::Result<Left> {
         due += Duration::from_secs_f64(1.0 / rate);
         thread::sleep(due.saturating_duration_since(Instant::now()));
     }
-    Ok(Left { stream: name, points: own.into_iter().collect() })
+    Ok(FinalPoints { stream: name, points: own.into_iter().collect() })
 }
 
-/// The views that consumers look at, in turn.
-fn look(peer: usize) -> (Cut, Simplify) {
+/// The views of the consumers, in turn.
+fn view_of(peer: usize) -> (Cut, Simplify) {
     match peer % 5 {
         0 => (Cut::Derived(1, 1), Simplify::No),
         1 => (Cut::Full, Simplify::No),
@@ -206,24 +210,24 @@ fn look(peer: usize) -> (Cut, Simplify) {
     }
 }
 
-/// What befalls a consumer of this process.
+/// How a consumer of this process behaves.
 #[derive(Clone, Copy, PartialEq)]
-enum Habit {
+enum Behaviour {
     Steady,
-    /// Stops reading for seconds.
+    /// Stops reading for some seconds.
     Slow,
-    /// Hangs up and comes back.
-    Restless,
+    /// Closes its connection and reconnects.
+    Reconnecting,
 }
 
 fn consume(shared: &Shared, peer: usize) -> anyhow::Result<()> {
     let habit = match peer % 20 {
-        7 => Habit::Slow,
-        11 | 17 => Habit::Restless,
-        _ => Habit::Steady,
+        7 => Behaviour::Slow,
+        11 | 17 => Behaviour::Reconnecting,
+        _ => Behaviour::Steady,
     };
     let mut random = Random(1000 + peer as u64);
-    let (cut, simplify) = look(peer / shared.soak.streams);
+    let (cut, simplify) = view_of(peer / shared.soak.streams);
     let mut mirror = Mirror::new();
     let mut resume = None;
     while !shared.is_over.load(Relaxed) {
@@ -236,12 +240,12 @@ fn consume(shared: &Shared, peer: usize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Follows until it is over, or until the consumer's habit makes it leave. Gives the stream's epoch.
+/// Follows until the end, or until the consumer's behaviour makes it leave. Returns the stream's epoch.
 fn follow(
     shared: &Shared,
     daemon: &mut Peer,
     mirror: &mut Mirror,
-    habit: Habit,
+    habit: Behaviour,
     mut until: Instant,
 ) -> anyhow::Result<u64> {
     let (mut epoch, mut missing) = (0, None);
@@ -273,10 +277,10 @@ fn follow(
                 anyhow::ensure!(step == 1 || is_told, "frames are missing, and nobody has said so");
                 mirror.apply_diff(&diff)?;
                 shared.frames.fetch_add(1, Relaxed);
-                if habit == Habit::Steady {
+                if habit == Behaviour::Steady {
                     let phase = usize::from(shared.is_rough.load(Relaxed));
                     let latency = now - diff.frame.time.unwrap_or(f64::NAN);
-                    shared.latencies[phase].lock().expect("nobody panics here").push(latency);
+                    shared.latencies[phase].lock().expect("no thread panics while it holds the lock").push(latency);
                 }
             }
             _ => {}
@@ -286,16 +290,16 @@ fn follow(
         }
         if Instant::now() > until {
             match habit {
-                Habit::Steady => {}
-                Habit::Slow => thread::sleep(Duration::from_secs(4)),
-                Habit::Restless => return Ok(epoch),
+                Behaviour::Steady => {}
+                Behaviour::Slow => thread::sleep(Duration::from_secs(4)),
+                Behaviour::Reconnecting => return Ok(epoch),
             }
             until = Instant::now() + Duration::from_secs(8);
         }
     }
 }
 
-/// Stops, kills and starts consumers that are processes; watches memory. Gives memory, phase by phase.
+/// Stops, kills and starts consumer processes, and measures memory. Returns the memory of each phase.
 fn disturb(shared: &Shared, hopes: &Path, processes: usize, daemon: &Daemon) -> anyhow::Result<Vec<(u64, u64)>> {
     let start = |peer: usize| -> anyhow::Result<Child> {
         let address = format!("unix:{}", shared.socket.display());
@@ -338,8 +342,8 @@ fn disturb(shared: &Shared, hopes: &Path, processes: usize, daemon: &Daemon) -> 
     Ok(memory)
 }
 
-/// Whether the last frame of each stream has just those points that its producers have left.
-fn check_last_frames(shared: &Shared, left: &[Left]) -> anyhow::Result<()> {
+/// Checks that the last frame of each stream has exactly the points that its producers left.
+fn check_last_frames(shared: &Shared, left: &[FinalPoints]) -> anyhow::Result<()> {
     let mut daemon = Peer::connect(&shared.socket)?;
     for stream in 0..shared.soak.streams {
         let (name, channel) = (shared.name(stream), 10 + 2 * stream as u32);
@@ -380,7 +384,7 @@ fn check_last_frames(shared: &Shared, left: &[Left]) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn tell(shared: &Shared, memory: &[(u64, u64)]) {
+fn report(shared: &Shared, memory: &[(u64, u64)]) {
     let of = |counter: &AtomicU64| counter.load(Relaxed);
     println!(
         "{} frames proved by consumers, {} not sent singly, {} snapshots; {} resumed by diffs, {} not",
@@ -391,7 +395,7 @@ fn tell(shared: &Shared, memory: &[(u64, u64)]) {
         of(&shared.not_resumed)
     );
     for (phase, latencies) in ["calm", "some stopped"].iter().zip(&shared.latencies) {
-        let mut sorted = std::mem::take(&mut *latencies.lock().expect("nobody panics here"));
+        let mut sorted = std::mem::take(&mut *latencies.lock().expect("no thread panics while it holds the lock"));
         sorted.sort_unstable_by(f64::total_cmp);
         let [median, high] = [0.5, 0.99].map(|share| percentile(&sorted, share) * 1e3);
         println!(

@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
-"""Measure how well hopes follows holes: tracks against the ground truth of seeded scenes, beside a rival.
+"""Measures how well hopes tracks holes, against the ground truth of seeded scenes and beside a baseline.
 
 Each run is a scene with a seed and a noise: `hopes scene` makes its points and its truth, `hopes serve --track above:P`
 follows them (P is in the truth), and scoring.py counts how often a true hole kept its id, and whether each true split
-and merger was reported once and within three frames. The rival, on the dots above P of the same frames, carries ids
-along by matching persistence diagrams alone.
+and merger was reported once and within three frames. The baseline carries ids along
+by matching the persistence diagrams of the same frames (dots above P) alone.
 
-In: nothing but this repository, a Rust toolchain and Python 3.11. What else is needed (requirements.txt, in a virtual
-environment) is installed under benches/.tracks/ on first use.
+In: this repository, a Rust toolchain and Python 3.11. Everything else (requirements.txt, in a virtual environment) is
+installed under benches/.tracks/ on first use.
 
-Out: a Markdown table for each noise on standard output, a row a scene, all its seeds together; progress on standard
-error; with --csv a row for each run. A switch is a true hole that goes on under another id. `in time` are splits and
-mergers reported within three frames of all true ones, `false` reports of what was not, or was reported before.
+Out: a Markdown table for each noise on standard output, one row for each scene over all its seeds; progress on standard
+error; with --csv a row for each run. A switch is a true hole that continues with another id. `in time` are the true
+splits and mergers that were reported within three frames, `false` the reports without a true event, or of one that was
+reported before.
 
 Exit code: 0 done, 1 a bound of --require is not met, 2 something is missing or failed. The bounds, for every run with
 at least 12 points per radius and a noise of at most 0.1: IDF1 at least 0.99, no switch, every split and merger in time.
@@ -50,14 +51,14 @@ EXTRA = ("mixed", SEEDS + 1)  # one more run: with it, 13 scenes make 40
 NOISES = (0.0, 0.05, 0.1, 0.2, 0.3)
 QUICK = {"scenes": ["drift", "pinch", "fuse", "occlusion"], "noises": [0.0, 0.1], "seeds": 1, "frames": 120}
 
-# Where --require holds a run to its bounds
+# Runs to which --require applies its bounds
 DENSE = 12
 CALM = 0.1
 LEAST_IDF1 = 0.99
 
 
 class Missing(Exception):
-    """Something this evaluation needs is not there, or failed."""
+    """A prerequisite of this evaluation is missing or failed."""
 
 
 def say(text: str) -> None:
@@ -68,7 +69,7 @@ def say(text: str) -> None:
 
 
 def enter_venv() -> None:
-    """Goes on in the virtual environment, which is made if it is not there or other versions are asked for."""
+    """Restarts in the virtual environment, which is made if it is missing or has other versions."""
     if Path(sys.prefix) == VENV:
         return
     mark = VENV / "requirements.txt"
@@ -81,7 +82,7 @@ def enter_venv() -> None:
 
 
 def run(command: list[Any]) -> str:
-    """Standard output of a command that must succeed."""
+    """The standard output of a command that must succeed."""
     line = [str(part) for part in command]
     try:
         done = subprocess.run(line, cwd=ROOT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -107,7 +108,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Settings:
-    """What all runs have in common; what is None is left to hopes."""
+    """The settings of all runs. For None the default of hopes is used."""
 
     hopes: str
     frames: int | None = None
@@ -136,7 +137,7 @@ class Result:
     score: Score
 
     def complaints(self) -> list[str]:
-        """What does not meet the bounds of --require."""
+        """The bounds of --require that are not met."""
         if self.points_per_radius < DENSE or self.run.noise > CALM:
             return []
         ours = self.score.ours
@@ -157,7 +158,7 @@ def scene_command(settings: Settings, run: Run, points: str, truth: str) -> list
 
 
 def evaluate(settings: Settings, this: Run) -> Result:
-    """In a process of its own."""
+    """Runs in its own process."""
     import scoring
 
     with tempfile.TemporaryDirectory(prefix="hopes-tracks-") as folder:
@@ -166,7 +167,7 @@ def evaluate(settings: Settings, this: Run) -> Result:
         with truth_file.open() as lines:
             truth = scoring.read_truth(lines)
         tracks = follow(settings, points, truth.above, *settings.patience())
-        # Tracks of all dots that are in the frame, in no other.
+        # Tracks of the dots of one frame only.
         dots = follow(settings, points, truth.above, "--track-confirm", "1", "--track-miss", "1")
     if tracks.alive.keys() != truth.holes.keys():
         raise Missing(f"{this}: {len(truth.holes)} frames are true, {len(tracks.alive)} were followed")
@@ -283,7 +284,7 @@ def positive(text: str) -> int:
 
 
 def writable(text: str) -> Path:
-    """Known before the measuring starts, not after it."""
+    """Checks the arguments before the measurements start."""
     if not Path(text).absolute().parent.is_dir():
         raise argparse.ArgumentTypeError(f"{text!r} is in no existing folder")
     return Path(text).absolute()

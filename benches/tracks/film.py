@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Draw frames of a film with the tracks that are alive in them: edges in gray, holes as circles in a colour for each id.
+"""Draws frames of a film with their living tracks: edges in gray, holes as circles in a colour for each id.
 
-In: a file of points, a frame a commit (JSON lines, as `hopes serve --input jsonl` reads them), and the numbers of the
-frames to draw. Out: an SVG on standard output. It needs nothing but Python and the program.
+In: a file of points with a commit after each frame (JSON lines, as `hopes serve --input jsonl` reads them), and the
+numbers of the frames to draw. Out: an SVG on standard output. It needs only Python and the program.
 
     python3 benches/tracks/film.py tests/data/bunny.jsonl --frames 3,7,10,15,20,25 > tests/data/film.svg
 """
@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 HOPES = ROOT / "target/release/hopes"
 COLUMNS = 3
 GAP = 8
-# Colours that are told apart with any eyes (Okabe and Ito).
+# Colours that colour-blind people can distinguish (Okabe and Ito).
 COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#B8A800")
 
 Pixel = tuple[int, int]
@@ -45,7 +45,7 @@ def alive_in(path: Path, above: float) -> list[list[list[float]]]:
 
 
 def runs(pixels: Iterable[Pixel], height: int) -> Iterator[str]:
-    """Pixels of a row that touch each other are one stroke."""
+    """Neighbouring pixels of a row become one stroke."""
     begun: Pixel | None = None
     last: Pixel | None = None
     for x, y in sorted(pixels, key=lambda pixel: (pixel[1], pixel[0])):

@@ -40,13 +40,13 @@ class Hole:
     orbit: float
 
     def distance(self, x: float, y: float) -> float:
-        """Of a reported centre, in radii."""
+        """The distance of a reported centre, in radii."""
         return abs(math.hypot(x - self.x, y - self.y) - self.orbit) / self.radius
 
 
 @dataclass(frozen=True)
 class Happening:
-    """A split or a merger, true or reported."""
+    """A split or merger, true or reported."""
 
     kind: str
     frame: int
@@ -144,7 +144,7 @@ def number(value: float | None) -> float:
 
 @dataclass
 class Identity:
-    """Counts of the MOT measures; those of several runs add up."""
+    """Counts of the MOT measures. Those of several runs are added."""
 
     frames: int = 0
     objects: int = 0
@@ -172,7 +172,7 @@ class Identity:
 
 
 def ratio(part: float, whole: float) -> float:
-    """1 of nothing: nothing was there and nothing was reported."""
+    """The share, or 1 if there was nothing to find and nothing was reported."""
     return part / whole if whole else 1.0
 
 
@@ -197,12 +197,12 @@ def identity(truth: Truth, alive: dict[int, list[Dot]]) -> Identity:
         return Identity(frames=len(truth.holes))
     measures = motmetrics.metrics.create().compute(accumulator, metrics=list(COUNTS), return_dataframe=False)
     counts = {name: int(measures[key]) for key, name in COUNTS.items()}
-    # Frames in which nothing is there and nothing is reported are frames too.
+    # Frames without holes and without reports count too.
     return Identity(**counts | {"frames": len(truth.holes)})
 
 
 def distances(holes: dict[int, Hole], dots: list[Dot]) -> np.ndarray:
-    """True holes by reported ones; not a number where the two cannot be the same."""
+    """Distances of true holes and reported ones. NaN where the two cannot be the same hole."""
     matrix = np.full((len(holes), len(dots)), np.nan)
     for row, hole in enumerate(holes.values()):
         for column, dot in enumerate(dots):
@@ -217,7 +217,7 @@ def distances(holes: dict[int, Hole], dots: list[Dot]) -> np.ndarray:
 
 @dataclass
 class Reported:
-    """Counts of one kind of happening; those of several runs add up."""
+    """Counts of one kind of event. Those of several runs are added."""
 
     true: int = 0
     in_time: int = 0
@@ -230,7 +230,7 @@ class Reported:
 
 
 def reported(truth: Truth, happenings: list[Happening], kind: str) -> Reported:
-    """Each true happening has at most one report, each report at most one true happening; as near in time as can be."""
+    """Matches each true event with at most one report and vice versa, as close in time as possible."""
     true = [each for each in truth.happenings if each.kind == kind]
     said = [each for each in happenings if each.kind == kind]
     impossible = 1e6
@@ -245,14 +245,14 @@ def reported(truth: Truth, happenings: list[Happening], kind: str) -> Reported:
 
 
 def is_in_place(truth: Truth, event: Happening, report: Happening) -> bool:
-    """Whether the report's centre is in a hole that took part, as it was when it happened or was reported."""
+    """Whether the report's centre is in one of the holes of the event, in the event's frame or in the report's frame."""
     frames = {event.frame - 1, event.frame, report.frame - 1, report.frame}
     took_part = (truth.holes.get(frame, {}).get(id) for frame in frames for id in (event.id, event.other))
     return any(hole.distance(report.x, report.y) <= IN_PLACE for hole in took_part if hole)
 
 
 def visible(dots: list[Dot], above: float) -> list[Dot]:
-    """Those that are holes by the truth's own measure; a track goes on for a while below it."""
+    """The reports that are holes by the measure of the truth. A track continues for some frames below it."""
     return [dot for dot in dots if dot.persistence >= above]
 
 
@@ -260,7 +260,7 @@ def visible(dots: list[Dot], above: float) -> list[Dot]:
 
 
 def follow_diagrams(alive: dict[int, list[Dot]], above: float) -> dict[int, list[Dot]]:
-    """The dots above a persistence under ids carried from frame to frame by the diagrams alone.
+    """The baseline: dots above a persistence, whose ids are carried from frame to frame by the diagrams alone.
 
     Diagrams of consecutive frames are matched as for their Wasserstein distance of order 1: (birth, death) in the
     maximum norm, each dot with one of the other frame or with the diagonal, at least cost in all.
@@ -289,7 +289,7 @@ def matched_dots(before: list[Dot], now: list[Dot]) -> Iterator[tuple[int, int]]
     for row, was in enumerate(before):
         for column, dot in enumerate(now):
             costs[row, column] = max(abs(was.birth - dot.birth), abs(was.death - dot.death))
-    # Every dot may also go to the diagonal, or come from it; two places on the diagonal cost nothing.
+    # Every dot may also be matched with the diagonal. Two places on the diagonal cost nothing.
     costs[:old, new:] = np.array([dot.persistence / 2 for dot in before])[:, None]
     costs[old:, :new] = np.array([dot.persistence / 2 for dot in now])[None, :]
     for row, column in zip(*linear_sum_assignment(costs), strict=True):
@@ -314,7 +314,7 @@ class Score:
 
 
 def score(truth: Truth, tracks: Tracks, dots: Tracks) -> Score:
-    """Of tracks, and of the rival on all dots of the same frames."""
+    """The scores of the tracks, and of the baseline on all dots of the same frames."""
     return Score(
         identity(truth, {frame: visible(dots, truth.above) for frame, dots in tracks.alive.items()}),
         identity(truth, follow_diagrams(dots.alive, truth.above)),

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of scoring.py and evaluate.py, on truths and tracks made by hand and on a program that stands in for hopes.
+"""Tests of scoring.py and evaluate.py, on hand-written truths and tracks and on a stand-in for hopes.
 
     benches/.tracks/venv/bin/python -m unittest discover --start-directory benches/tracks
 """
@@ -60,7 +60,7 @@ def row(id: int, x: float, y: float = 0.0, birth: float = 0.2, death: float = 1.
 
 
 def two_holes(frame: int) -> list[dict[str, Any]]:
-    """On their way past each other."""
+    """Two holes that move past each other."""
     return [hole(1, 0.1 * frame, 2.0), hole(2, -0.1 * frame, -2.0)]
 
 
@@ -264,11 +264,11 @@ class WholeTest(unittest.TestCase):
         done = self.ends([*command, "0.1", "--require"], 1)
         self.assertIn("BOUND NOT MET pinch seed 1 noise 0.1: switches: 1", done.stderr)
         self.assertIn("scene pinch --seed 1 --noise 0.1", done.stderr)
-        # Nor need they, where nobody asks, or where the noise is great.
+        # Bounds are not checked without --require, and not for large noise.
         self.ends([*command, "0.1"], 0)
         self.ends([*command, "0.2", "--require"], 0)
 
-    def test_what_fails_is_told(self) -> None:
+    def test_failures_are_reported(self) -> None:
         done = self.ends([*self.stand_in(swaps=False), "--scenes", "none"], 2)
         self.assertIn("no such scene", done.stderr)
         done = self.ends([sys.executable, str(HERE / "evaluate.py"), "--hopes", "/nowhere/hopes"], 2)

@@ -1,6 +1,6 @@
-//! The banner: what either side says first, so that any two versions understand each other this far.
+//! The banner: the first bytes that either side sends. Any two versions understand them.
 //!
-//! In and out: 20 bytes whose layout never changes (SPEC.md, section 2). Must not know: frames.
+//! In and out: 20 bytes. Invariants: their layout never changes (SPEC.md, section 2). Must not know: frames.
 
 use thiserror::Error;
 
@@ -11,12 +11,12 @@ pub const VERSION: u16 = 2;
 
 const MAGIC: [u8; 8] = *b"HOPES\r\n\x1a";
 
-/// Which versions a side speaks.
+/// The range of protocol versions that a side supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Banner {
-    /// The lowest.
+    /// The lowest version.
     pub lowest: u16,
-    /// The highest.
+    /// The highest version.
     pub highest: u16,
 }
 
@@ -27,20 +27,20 @@ pub struct Banner {
     theirs.lowest, theirs.highest, ours.lowest, ours.highest
 )]
 pub struct NoCommonVersion {
-    /// What this side speaks.
+    /// The versions that this side supports.
     pub ours: Banner,
-    /// What the other side speaks.
+    /// The versions that the other side supports.
     pub theirs: Banner,
 }
 
 impl Banner {
-    /// What this crate speaks.
+    /// The versions that this crate supports.
     pub const OURS: Self = Self { lowest: 1, highest: VERSION };
 
-    /// Its length in bytes.
+    /// The length of a banner in bytes.
     pub const LENGTH: usize = 20;
 
-    /// The banner's bytes.
+    /// The bytes of the banner.
     pub fn encode(self) -> [u8; Self::LENGTH] {
         let mut bytes = [0; Self::LENGTH];
         bytes[..8].copy_from_slice(&MAGIC);
@@ -54,7 +54,8 @@ impl Banner {
     /// Reads the banner at the beginning of `bytes`.
     ///
     /// # Errors
-    /// [`FrameError::Incomplete`] while bytes are missing, if those that are there are a banner's; [`FrameError::Malformed`] else.
+    /// [`FrameError::Incomplete`]: the bytes are the beginning of a banner, and more are needed.
+    /// [`FrameError::Malformed`]: the bytes are no banner.
     pub fn decode(bytes: &[u8]) -> Result<Self, FrameError> {
         let known = bytes.len().min(MAGIC.len());
         if bytes[..known] != MAGIC[..known] {
@@ -71,10 +72,10 @@ impl Banner {
         Ok(Self { lowest: word(8), highest: word(10) })
     }
 
-    /// The highest version that both speak.
+    /// The highest version that both sides support.
     ///
     /// # Errors
-    /// [`NoCommonVersion`] says what either side speaks.
+    /// [`NoCommonVersion`]: there is none. It names the versions of both sides.
     pub fn agree(self, theirs: Self) -> Result<u16, NoCommonVersion> {
         let highest = self.highest.min(theirs.highest);
         if highest >= self.lowest.max(theirs.lowest) {
@@ -98,13 +99,13 @@ mod tests {
     }
 
     #[test]
-    fn without_one_both_are_named() {
+    fn without_a_common_version_the_error_names_both_ranges() {
         let error = Banner { lowest: 1, highest: 2 }.agree(Banner { lowest: 3, highest: 4 }).unwrap_err();
         assert!(error.to_string().starts_with("the other side speaks protocol versions 3 to 4, this one 1 to 2"));
     }
 
     #[test]
-    fn a_banner_may_come_in_pieces_and_must_be_whole() {
+    fn a_banner_is_incomplete_until_its_last_byte_and_detects_any_flipped_bit() {
         let bytes = Banner { lowest: 1, highest: 513 }.encode();
         for length in 0..Banner::LENGTH {
             let missing = Banner::LENGTH - length;

@@ -1,21 +1,25 @@
-//! The checksum of a skeleton: proves that a mirror holds what was sent (SPEC.md, section 7).
+//! The checksum of a skeleton. It proves that a mirror holds what was sent (SPEC.md, section 7).
 //!
-//! In: elements, one by one. Out: 64 bits. Invariants: it is the sum, modulo 2^64, of a hash of each element, so elements are counted in and out in any order. Must not know:
-//! where elements are kept.
+//! In: elements, one by one. Out: 64 bits.
+//!
+//! Invariants: the checksum is the sum, modulo 2^64, of a hash of each element. So elements are added and removed in
+//! any order.
+//!
+//! Must not know: where elements are stored.
 
 use crate::types::{Critical, Edge, Vertex};
 
-/// A sum of hashes.
+/// A sum of hashes of elements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Checksum(pub u64);
 
 impl Checksum {
-    /// Counts an element in.
+    /// Adds an element.
     pub fn add(&mut self, element: impl Into<Element>) {
         self.0 = self.0.wrapping_add(element.into().0);
     }
 
-    /// Counts an element out.
+    /// Removes an element.
     pub fn remove(&mut self, element: impl Into<Element>) {
         self.0 = self.0.wrapping_sub(element.into().0);
     }
@@ -57,7 +61,7 @@ fn hash(words: &[u64]) -> u64 {
 mod tests {
     use super::*;
 
-    /// The same values are frozen where the engine computes them: both follow SPEC.md.
+    /// The engine has the same test with the same values, since both sides follow SPEC.md.
     #[test]
     fn checksums_are_frozen() {
         let mut checksum = Checksum::default();

@@ -1,10 +1,15 @@
-//! Bodies: fields in order, as bincode 2 writes them (SPEC.md, section 4). The only file that knows bincode.
+//! Bodies: fields in order, as bincode 2 writes them (SPEC.md, section 4). Only this file knows bincode.
 //!
-//! In: a wire type, or bytes. Out: bytes, or a wire type. Invariants: what is decoded takes memory in proportion to its bytes, whatever lengths they announce; a body ends
-//! where its last field ends. Must not know: which types there are.
+//! In: a wire type, or bytes. Out: bytes, or a wire type.
 //!
-//! bincode writes; [`Fields`] reads. Through serde bincode allocates what a length announces before it looks whether so much is there. Types come through serde and not
-//! by bincode's own derive, so that the same definitions also give the JSON beside the golden vectors.
+//! Invariants: decoding takes memory in proportion to the bytes given, whatever lengths they announce. A body ends
+//! where its last field ends.
+//!
+//! Must not know: which types there are.
+//!
+//! bincode writes and [`Fields`] reads: through serde, bincode allocates an announced length before it checks that so
+//! many bytes are there. The types use serde instead of bincode's own derive, so that the same definitions also give
+//! the JSON of the golden vectors.
 
 use std::sync::Arc;
 
@@ -15,53 +20,53 @@ use thiserror::Error;
 
 use crate::fields::Fields;
 
-/// Why a body is not what its type says.
+/// Why a body does not match its type.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum BodyError {
-    /// A type of message that is not in this version.
+    /// The version has no messages of this type.
     #[error("messages of type {kind:#06x} are not known in this version")]
     UnknownType {
-        /// The type.
+        /// The type of the message.
         kind: u16,
     },
-    /// It ends too soon, or holds what cannot be.
+    /// The body ends too soon, or a field has an invalid value.
     #[error("the body of a message of type {kind:#06x} cannot be read: {reason}")]
     Malformed {
-        /// Type of the message.
+        /// The type of the message.
         kind: u16,
         /// What is wrong.
         reason: String,
     },
-    /// It goes on after its last field.
+    /// There are bytes after the last field.
     #[error("the body of a message of type {kind:#06x} has {extra} bytes too many")]
     TrailingBytes {
-        /// Type of the message.
+        /// The type of the message.
         kind: u16,
-        /// So many.
+        /// The number of bytes after the last field.
         extra: usize,
     },
-    /// It does not fit into a frame.
+    /// The body does not fit into a frame.
     #[error("the body of a message of type {kind:#06x} has {length} bytes, more than a frame can hold")]
     TooLong {
-        /// Type of the message.
+        /// The type of the message.
         kind: u16,
-        /// In bytes.
+        /// The length of the body in bytes.
         length: usize,
     },
 }
 
-/// A body with its CRC, made once and sent to many: only the header before it differs.
+/// An encoded body with its CRC. It is encoded once and sent to many receivers: only the header differs.
 #[derive(Clone, Debug)]
 pub struct Shared {
-    /// Type of the message.
+    /// The type of the message.
     pub kind: u16,
-    /// Length of the body alone.
+    /// The length of the body without the CRC.
     pub length: u32,
     /// The body and its CRC-32C.
     pub bytes: Arc<[u8]>,
 }
 
-/// A body and its CRC-32C.
+/// Encodes a body and appends its CRC-32C.
 pub(crate) fn seal<T: Serialize>(kind: u16, body: &T) -> Result<Shared, BodyError> {
     let mut bytes = encode(kind, body)?;
     let length = u32::try_from(bytes.len()).map_err(|_| BodyError::TooLong { kind, length: bytes.len() })?;

@@ -1,62 +1,65 @@
 //! Messages between a consumer and the daemon (SPEC.md, section 7).
 //!
-//! Invariants: a released message is never changed; all lists of a skeleton are sorted by id, or by both ends, without repetitions. Must not know: bytes.
+//! Invariants: a released message never changes. All lists of a skeleton are sorted by id, or by both ends, and have no
+//! duplicates.
+//!
+//! Must not know: bytes.
 
 use serde::{Deserialize, Serialize};
 
 use crate::types::{Critical, Dot, DotsWanted, Edge, FrameInfo, Vertex, View, Window};
 
-/// Follows streams.
+/// Subscribes to streams.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Subscribe {
-    /// Those whose names match, now or later.
+    /// Streams whose names match are followed, now or later.
     pub pattern: String,
-    /// What to see of the skeleton.
+    /// The part of the skeleton to send.
     pub view: View,
-    /// What to see of the persistence diagram.
+    /// The part of the persistence diagram to send.
     pub dots: DotsWanted,
-    /// What the consumer had before it lost its connection.
+    /// Where to resume after a lost connection.
     pub resume: Option<Resume>,
 }
 
-/// Where a consumer was.
+/// The position at which a consumer resumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Resume {
-    /// The stream's.
+    /// The stream's epoch.
     pub epoch: u64,
-    /// The last frame that it has.
+    /// The last frame that the consumer has.
     pub frame: u64,
 }
 
-/// Sees something else from here on.
+/// Changes the view of a subscription from the next frame on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChangeView {
-    /// What to see of the skeleton.
+    /// The part of the skeleton to send.
     pub view: View,
-    /// What to see of the persistence diagram.
+    /// The part of the persistence diagram to send.
     pub dots: DotsWanted,
 }
 
-/// Follows no more.
+/// Ends a subscription.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Unsubscribe {}
 
-/// Nothing more comes on this channel.
+/// Answers [`Unsubscribe`]: nothing more comes on this channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Unsubscribed {}
 
-/// A stream that the subscription follows.
+/// The subscription now follows a stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StreamOpened {
-    /// Its number in later messages.
+    /// The stream's number in later messages.
     pub stream: u32,
-    /// Its name.
+    /// The stream's name.
     pub name: String,
-    /// Differs between streams of one name.
+    /// Differs between streams that had the same name.
     pub epoch: u64,
-    /// Which points stay.
+    /// Which points are kept.
     pub window: Window,
-    /// Step of the grid that positions snap to.
+    /// The step of the grid to which positions are snapped.
     pub resolution: Option<f64>,
     /// The newest frame; 0 if there is none.
     pub frame: u64,
@@ -65,33 +68,33 @@ pub struct StreamOpened {
 /// A stream has ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StreamClosed {
-    /// Its number.
+    /// The stream's number.
     pub stream: u32,
-    /// Its last frame.
+    /// The stream's last frame.
     pub frame: u64,
-    /// For people.
+    /// The reason, for people.
     pub reason: String,
 }
 
-/// Why a snapshot comes.
+/// Why a snapshot is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Cause {
-    /// The subscription has just begun.
+    /// The subscription has started.
     Start,
-    /// The view was changed.
+    /// The view has changed.
     ViewChanged,
     /// The consumer was too slow for diffs.
     Lagged,
-    /// What it had is not known any more.
+    /// The daemon no longer knows the frame at which the consumer wants to resume.
     CannotResume,
 }
 
-/// All of a view.
+/// A complete view.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
     /// The stream's number.
     pub stream: u32,
-    /// Why it comes.
+    /// Why it is sent.
     pub cause: Cause,
     /// The frame that it shows.
     pub frame: FrameInfo,
@@ -101,32 +104,32 @@ pub struct Snapshot {
     pub edges: Vec<Edge>,
     /// The view's critical edges.
     pub critical: Vec<Critical>,
-    /// Proves it.
+    /// The checksum of the view.
     pub checksum: u64,
 }
 
-/// What has changed in a view.
+/// The changes of a view between two frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diff {
     /// The stream's number.
     pub stream: u32,
-    /// Number of the frame that it starts from; 0: from nothing.
+    /// The number of the frame that the diff starts from. 0: an empty view.
     pub from: u64,
-    /// The frame that it leads to.
+    /// The frame that the diff leads to.
     pub frame: FrameInfo,
     /// New vertices.
     pub vertices_added: Vec<Vertex>,
-    /// Vertices that are gone.
+    /// Removed vertices.
     pub vertices_removed: Vec<u64>,
     /// New tree edges.
     pub edges_added: Vec<Edge>,
-    /// Tree edges that are gone.
+    /// Removed tree edges.
     pub edges_removed: Vec<Edge>,
-    /// Critical edges that are new or have a new label.
+    /// Critical edges that are new or have a new birth or death.
     pub critical_set: Vec<Critical>,
-    /// Critical edges that are gone.
+    /// Removed critical edges.
     pub critical_removed: Vec<Edge>,
-    /// Proves what it leads to.
+    /// The checksum of the view after the diff.
     pub checksum: u64,
 }
 
@@ -137,13 +140,13 @@ pub struct Dots {
     pub stream: u32,
     /// The frame.
     pub frame: u64,
-    /// How many dots it has in all.
+    /// The number of all dots of the frame.
     pub total: u64,
     /// By persistence, largest first.
     pub dots: Vec<Dot>,
 }
 
-/// Nothing is new, and the daemon is there.
+/// Sent when nothing has changed, to show that the daemon is alive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Heartbeat {
     /// The stream's number.
@@ -152,7 +155,7 @@ pub struct Heartbeat {
     pub frame: u64,
 }
 
-/// Frames that are not sent singly.
+/// Frames that are not sent one by one, since the consumer lags.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lagged {
     /// The stream's number.
@@ -163,11 +166,11 @@ pub struct Lagged {
     pub last: u64,
 }
 
-/// Diffs go on from where the consumer was.
+/// The subscription resumes: diffs continue from the consumer's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Resumed {
     /// The stream's number.
     pub stream: u32,
-    /// The frame that they go on from.
+    /// The frame from which they continue.
     pub frame: u64,
 }

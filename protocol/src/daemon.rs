@@ -1,6 +1,6 @@
-//! Messages of the connection itself (SPEC.md, section 5), and the one that only recordings have (section 8).
+//! Messages of the connection itself (SPEC.md, section 5), and one that occurs only in recordings (section 8).
 //!
-//! Invariants: a released message is never changed. Must not know: bytes.
+//! Invariants: a released message never changes. Must not know: bytes.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,123 +9,123 @@ use crate::types::Window;
 /// The first message of a client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello {
-    /// What program it is, for logs.
+    /// The name of the client program, for logs.
     pub software: String,
-    /// What it can do beyond its version; none in version 1.
+    /// What the client supports beyond its version. Empty in version 1.
     pub capabilities: Vec<String>,
 }
 
 /// The daemon's answer to [`Hello`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Welcome {
-    /// What program it is.
+    /// The name of the daemon program.
     pub software: String,
-    /// What it can do beyond its version; none in version 1.
+    /// What the daemon supports beyond its version. Empty in version 1.
     pub capabilities: Vec<String>,
     /// Differs each time the daemon is started.
     pub epoch: u64,
-    /// The largest body that it reads, in bytes.
+    /// The largest body that the daemon reads, in bytes.
     pub largest_frame: u32,
     /// The largest number of points in one message.
     pub largest_batch: u32,
-    /// How long it is silent on a subscription, in milliseconds.
+    /// The longest time between two messages on a subscription, in milliseconds.
     pub heartbeat_ms: u32,
-    /// How long the other side may be silent, in milliseconds.
+    /// A peer that sends nothing for so many milliseconds is disconnected.
     pub timeout_ms: u32,
 }
 
-/// Are you there?
+/// Asks the other side whether it is alive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ping {
-    /// To be repeated.
+    /// Any number. The answer repeats it.
     pub token: u64,
 }
 
-/// I am.
+/// Answers [`Ping`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pong {
-    /// That of the ping.
+    /// The token of the ping.
     pub token: u64,
 }
 
-/// The last message of whoever sends it.
+/// The last message that a side sends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Goodbye {
-    /// For people.
+    /// The reason, for people.
     pub reason: String,
     /// From the daemon: the last frame of each stream.
     pub streams: Vec<(String, u64)>,
 }
 
-/// Something could not be done. On the wire it is called `Error`.
+/// A message could not be handled. On the wire it is called `Error`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// One of [`ErrorCode`], or one that this version does not know.
+    /// One of [`ErrorCode`], or a code that this version does not know.
     pub code: u16,
-    /// Type of the message that this answers; 0 if none.
+    /// The type of the message that caused the error. 0: none did.
     pub answers: u16,
-    /// For people: what was wrong, and what to do.
+    /// What was wrong and what to do, for people.
     pub text: String,
 }
 
-/// What [`Report::code`] says.
+/// The values of [`Report::code`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u16)]
 pub enum ErrorCode {
     /// The body cannot be read.
     Unreadable = 1,
-    /// Not expected here, or not known.
+    /// The message is not expected here, or its type is unknown.
     Unexpected = 2,
     /// The channel is not open.
     NoChannel = 3,
     /// The channel is in use.
     ChannelInUse = 4,
-    /// Not a name, or not a pattern.
+    /// Not a valid name or pattern.
     BadName = 5,
-    /// The stream is there with other options.
+    /// The stream exists with other options.
     OtherOptions = 6,
-    /// The daemon has as many streams as it may have.
+    /// The daemon has reached its limit of streams.
     TooManyStreams = 7,
-    /// The connection has as many channels as it may have.
+    /// The connection has reached its limit of channels.
     TooManyChannels = 8,
-    /// No such view, window or resolution.
+    /// An invalid view, window or resolution.
     BadOptions = 9,
-    /// More than a message may hold.
+    /// The message holds more than is allowed.
     TooLarge = 10,
     /// The stream has failed.
     StreamFailed = 11,
-    /// The outer frame cannot be read; the connection ends.
+    /// The frame cannot be read. The connection ends.
     BadFrame = 12,
-    /// The daemon has as many connections as it may have; this one ends.
+    /// The daemon has reached its limit of connections. This one ends.
     TooManyConnections = 13,
-    /// The peer was silent, or half way through a frame, for too long; the connection ends.
+    /// The peer sent nothing, or an incomplete frame, for too long. The connection ends.
     TooSlow = 14,
 }
 
-/// Asks which streams there are.
+/// Asks for a list of streams.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ListStreams {
-    /// Those whose names match.
+    /// Streams whose names match are listed.
     pub pattern: String,
 }
 
 /// Answers [`ListStreams`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Streams {
-    /// By name.
+    /// The streams, by name.
     pub streams: Vec<StreamInfo>,
 }
 
-/// Asks how the daemon is. On the wire it is called `GetStatus`.
+/// Asks for the daemon's status. On the wire it is called `GetStatus`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StatusWanted {}
 
-/// How the daemon is.
+/// The daemon's status.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
-    /// What program it is.
+    /// The name of the daemon program.
     pub software: String,
-    /// How long it runs, in milliseconds.
+    /// The time since the daemon was started, in milliseconds.
     pub uptime_ms: u64,
     /// As in [`Welcome`].
     pub epoch: u64,
@@ -133,26 +133,26 @@ pub struct Status {
     pub connections: u32,
     /// Messages that could not be read or were not expected.
     pub refused_messages: u64,
-    /// Estimate of bytes held for streams.
+    /// Estimated memory of all streams, in bytes.
     pub memory: u64,
-    /// How many may be; 0 for no limit.
+    /// The limit of that memory, in bytes. 0: no limit.
     pub memory_limit: u64,
-    /// By name.
+    /// The streams, by name.
     pub streams: Vec<StreamStatus>,
 }
 
 /// A stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StreamInfo {
-    /// Its number, as long as the daemon runs.
+    /// The stream's number. It is not used again as long as the daemon runs.
     pub stream: u32,
-    /// Its name.
+    /// The stream's name.
     pub name: String,
-    /// Differs between streams of one name.
+    /// Differs between streams that had the same name.
     pub epoch: u64,
-    /// Which points stay.
+    /// Which points are kept.
     pub window: Window,
-    /// Step of the grid that positions snap to.
+    /// The step of the grid to which positions are snapped.
     pub resolution: Option<f64>,
     /// The newest frame; 0 if there is none.
     pub frame: u64,
@@ -160,16 +160,16 @@ pub struct StreamInfo {
     pub points: u64,
     /// Distinct positions.
     pub vertices: u64,
-    /// Channels that feed it.
+    /// Channels of its producers.
     pub producers: u32,
-    /// Channels that follow it.
+    /// Channels of its consumers.
     pub consumers: u32,
 }
 
-/// How a stream is.
+/// The status of a stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StreamStatus {
-    /// What it is.
+    /// The stream.
     pub info: StreamInfo,
     /// Skeletons computed.
     pub computed: u64,
@@ -179,17 +179,17 @@ pub struct StreamStatus {
     pub refused: u64,
     /// Points dropped by overload.
     pub dropped: u64,
-    /// Points that wait for the engine.
+    /// Points in the queue of the engine.
     pub waiting: u64,
-    /// Frames that consumers were not sent singly.
+    /// Frames that were not sent one by one to lagging consumers.
     pub lagged: u64,
-    /// Estimate of bytes held.
+    /// Estimated memory of the stream, in bytes.
     pub memory: u64,
 }
 
-/// Stands before a frame in a recording.
+/// In a recording: the time at which the next frame was recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Elapsed {
-    /// Since the recording began.
+    /// Nanoseconds since the recording began.
     pub nanoseconds: u64,
 }

@@ -1,9 +1,14 @@
-//! Reads the fields of a body, as SPEC.md, section 4, says they are written.
+//! Reads the fields of a body as SPEC.md, section 4, defines them.
 //!
-//! In: bytes. Out: any type that serde can make of fields in order. Invariants: no length is believed that is larger than the bytes that are left, so what is made takes memory
-//! in proportion to its bytes; reading never goes back. Must not know: which types there are, frames.
+//! In: bytes. Out: any type that serde can build from fields in order.
 //!
-//! bincode, which writes bodies, is not asked to read them: through serde it reserves what a length announces (1 MiB for lists; for texts anything below a limit that is a constant, not the body's length).
+//! Invariants: a length above the number of bytes left is an error, so memory is in proportion to the bytes given.
+//! Reading never goes back.
+//!
+//! Must not know: which types there are, frames.
+//!
+//! Why not bincode, which writes bodies: through serde it reserves what a length announces (1 MiB for lists; for texts
+//! anything below a limit that is a constant, not the body's length).
 
 use std::fmt::Display;
 
@@ -21,7 +26,7 @@ impl de::Error for Unreadable {
     }
 }
 
-/// Bytes that are not read yet.
+/// The bytes that are not read yet.
 pub(crate) struct Fields<'a>(pub(crate) &'a [u8]);
 
 impl Fields<'_> {
@@ -39,7 +44,7 @@ impl Fields<'_> {
         Ok(bytes)
     }
 
-    /// A number of up to so many bytes.
+    /// Reads a number of at most `largest` bytes.
     fn number(&mut self, largest: usize) -> Result<u64, Unreadable> {
         let [mark] = self.bytes()?;
         match mark {
@@ -51,7 +56,7 @@ impl Fields<'_> {
         }
     }
 
-    /// The length of a text or a list: an element takes one byte at least.
+    /// Reads the length of a text or a list. Each of its elements takes at least one byte.
     fn length(&mut self) -> Result<usize, Unreadable> {
         let (length, left) = (self.number(8)?, self.0.len());
         let fitting = usize::try_from(length).ok().filter(|length| *length <= left);
@@ -152,7 +157,7 @@ impl<'de> Deserializer<'de> for &mut Fields<'_> {
     }
 }
 
-/// Elements of a list, or the fields of something.
+/// The elements of a list, or the fields of a struct.
 struct Elements<'a, 'b> {
     fields: &'a mut Fields<'b>,
     left: usize,
@@ -179,7 +184,7 @@ impl<'de> de::EnumAccess<'de> for &mut Fields<'_> {
     type Variant = Self;
 
     fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self), Unreadable> {
-        // A number with the mark of four bytes at the most fits.
+        // A case is a number of at most 4 bytes.
         let case: U32Deserializer<Unreadable> = (self.number(4)? as u32).into_deserializer();
         Ok((seed.deserialize(case)?, self))
     }

@@ -1,16 +1,17 @@
-//! What a producer or a consumer of a `hopes` daemon needs: bytes in, messages out, and the other way.
+//! The wire protocol of `hopes`: what a producer or a consumer of a daemon needs to encode and decode messages.
 //!
-//! `SPEC.md` beside this crate defines every byte. There is no I/O here: whoever has a socket, a pipe or a file reads bytes, pushes them into a
-//! [`Decoder`] and takes [`Message`]s out of it; what [`encode`] gives is to be written. A [`Mirror`] holds what a consumer knows of a
-//! stream, and proves it; a [`TrackMirror`] holds the stream's tracks.
+//! `SPEC.md` beside this crate defines every byte. There is no I/O here. The caller reads bytes from a socket, a pipe
+//! or a file, pushes them into a [`Decoder`] and takes [`Message`]s out of it; it writes the bytes that [`encode`]
+//! returns. A [`Mirror`] is a consumer's verified copy of a view of a stream; a [`TrackMirror`] is a copy of the
+//! stream's tracks.
 //!
 //! ```text
 //! bytes ──▶ Decoder ──▶ (channel, Message) ──▶ Mirror, TrackMirror
 //! bytes ◀── encode  ◀── (channel, Message)
 //! ```
 //!
-//! It speaks versions 1 and 2; frames carry the version that both sides agreed on, and a message that this version has not is neither read
-//! nor written.
+//! The crate supports versions 1 and 2. Frames carry the version that both sides agreed on. A message that this version
+//! does not have is neither read nor written.
 //!
 //! Must not know: sockets, threads, clocks, geometry.
 //!
@@ -22,16 +23,16 @@
 //! let version = Banner::OURS.agree(Banner { lowest: 1, highest: 7 }).expect("both speak version 2");
 //! assert_eq!(version, VERSION);
 //!
-//! // ...and one sends points, which arrive in pieces at the other.
+//! // ...and the client sends points, which arrive in two pieces.
 //! let batch = Batch { sequence: 1, points: vec![(0.0, 0.0), (1.0, 2.0)], times: vec![], tags: vec![] };
 //! wire.extend(encode(version, 1, &Message::from(batch.clone()))?);
 //! let mut decoder = Decoder::new(LARGEST_FRAME);
 //! decoder.push(&wire[..25]);
-//! let banner = decoder.banner()?.expect("it is there as a whole");
+//! let banner = decoder.banner()?.expect("the banner is complete");
 //! decoder.set_version(Banner::OURS.agree(banner)?);
 //! assert!(decoder.frame()?.is_none(), "the frame has only begun");
 //! decoder.push(&wire[25..]);
-//! let frame = decoder.frame()?.expect("now it is there");
+//! let frame = decoder.frame()?.expect("the frame is complete");
 //! assert_eq!((frame.channel, frame.message()?), (1, Message::Batch(batch)));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -41,6 +42,7 @@ mod checksum;
 mod codec;
 mod consumer;
 mod daemon;
+mod decoder;
 mod fields;
 mod frame;
 mod message;
@@ -61,9 +63,10 @@ pub use daemon::{
     Elapsed, ErrorCode, Goodbye, Hello, ListStreams, Ping, Pong, Report, Status, StatusWanted, StreamInfo,
     StreamStatus, Streams, Welcome,
 };
-pub use frame::{Decoder, Frame, FrameError, HEADER, LARGEST_FRAME, header};
+pub use decoder::{Decoder, Frame};
+pub use frame::{FrameError, HEADER, LARGEST_FRAME, header};
 pub use message::{Message, encode, encode_shared};
-pub use mirror::{Mirror, MirrorError, Thing};
+pub use mirror::{ElementId, Mirror, MirrorError};
 pub use producer::{
     Accepted, Batch, Close, Closed, Commit, Committed, LISTED_REFUSALS, Open, Opened, Overloaded, Policy, Refusal,
     RefusalCode, Refused, Retract,

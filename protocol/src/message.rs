@@ -1,7 +1,11 @@
-//! Which message has which type, and how one becomes bytes.
+//! The table of messages and their types, and how a message becomes bytes.
 //!
-//! In: a [`Message`] and its channel, or a type and a body. Out: a whole frame, or a message. Invariants: types are never given twice, and never to another message; a
-//! version neither reads nor writes messages of a later one. Must not know: how fields are written.
+//! In: a [`Message`] and its channel, or a type and a body. Out: a whole frame, or a message.
+//!
+//! Invariants: the number of a type is never given to another message. A version neither reads nor writes messages of a
+//! later version.
+//!
+//! Must not know: how fields are written.
 
 use crate::codec::{self, BodyError, Shared};
 use crate::consumer::*;
@@ -23,21 +27,21 @@ macro_rules! messages {
             /// Type and name of every message.
             pub const KINDS: &[(u16, &str)] = &[$(($kind, stringify!($name)),)*];
 
-            /// Its type.
+            /// The type of this message.
             pub fn kind(&self) -> u16 {
                 match self {
                     $(Self::$name(_) => $kind,)*
                 }
             }
 
-            /// The first version that has it.
+            /// The first version that has this message.
             pub fn since(&self) -> u16 {
                 match self {
                     $(Self::$name(_) => first_version([$($since)?]),)*
                 }
             }
 
-            /// Reads the body of a message of a type, as a version has it.
+            /// Reads the body of a message of a given type, as a given version defines it.
             ///
             /// # Errors
             /// [`BodyError`].
@@ -63,7 +67,7 @@ macro_rules! messages {
     };
 }
 
-/// Messages of which none is told are of version 1.
+/// The first version of a message. It is 1 where the table gives none.
 fn first_version<const N: usize>(since: [u16; N]) -> u16 {
     since.first().copied().unwrap_or(1)
 }
@@ -107,10 +111,10 @@ messages! {
     0x0F01 Elapsed(Elapsed),
 }
 
-/// The whole frame of a message.
+/// Encodes a message as a whole frame.
 ///
 /// # Errors
-/// [`BodyError::UnknownType`]: the version has no such message. [`BodyError::TooLong`]: it has more than 4 GiB.
+/// [`BodyError::UnknownType`]: the version has no such message. [`BodyError::TooLong`]: the body has more than 4 GiB.
 pub fn encode(version: u16, channel: u32, message: &Message) -> Result<Vec<u8>, BodyError> {
     if version < message.since() {
         return Err(BodyError::UnknownType { kind: message.kind() });
@@ -120,11 +124,13 @@ pub fn encode(version: u16, channel: u32, message: &Message) -> Result<Vec<u8>, 
     Ok([&header, &*shared.bytes].concat())
 }
 
-/// A message to be sent to many, on a channel of each one's own: after [`header`] with its type and length its bytes follow. The body is the same in every version that has
-/// the message, which [`Message::since`] tells.
+/// Encodes the body of a message that is sent to many receivers.
+///
+/// Each receiver gets its own [`header`], with its own channel, and then these bytes. The body is the same in every
+/// version that has the message; see [`Message::since`].
 ///
 /// # Errors
-/// [`BodyError::TooLong`]: it has more than 4 GiB.
+/// [`BodyError::TooLong`]: the body has more than 4 GiB.
 pub fn encode_shared(message: &Message) -> Result<Shared, BodyError> {
     message.seal()
 }

@@ -1,8 +1,13 @@
-//! What a consumer holds of one stream: it follows snapshots and diffs, and proves each.
+//! A mirror: a consumer's verified copy of one view of a stream. It applies snapshots and diffs.
 //!
-//! In: [`Snapshot`]s and [`Diff`]s. Out: vertices, edges and critical edges as of the newest frame. The contract: after a diff that was applied, the mirror equals the
-//! original. Invariants: what is held was proved by its checksum; after an error it holds nothing to rely on, says so, and takes nothing but a snapshot. Must
-//! not know: where messages come from.
+//! In: [`Snapshot`]s and [`Diff`]s. Out: vertices, tree edges and critical edges of the newest frame.
+//!
+//! The contract: after a diff was applied, the mirror equals the original.
+//!
+//! Invariants: the content was verified by its checksum. After an error the content is not valid: the mirror reports
+//! this and accepts only a snapshot.
+//!
+//! Must not know: where messages come from.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,53 +17,53 @@ use crate::checksum::Checksum;
 use crate::consumer::{Diff, Snapshot};
 use crate::types::{Critical, Edge, FrameInfo, Vertex};
 
-/// Why a message does not lead on from what a mirror holds. It has to be given a snapshot.
+/// Why a message does not fit the content of a mirror. Only a snapshot helps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum MirrorError {
-    /// A diff from another frame, or one that does not lead forward.
+    /// The diff starts from another frame, or does not lead to a later one.
     #[error("frame {to} starts from frame {from}, but the mirror holds frame {holds}: subscribe again")]
     Gap {
-        /// The frame that the mirror holds; 0 for none.
+        /// The frame that the mirror holds. 0: none.
         holds: u64,
         /// The frame that the diff starts from.
         from: u64,
-        /// The frame that it leads to.
+        /// The frame that the diff leads to.
         to: u64,
     },
-    /// Something to remove is not there.
+    /// An element to remove is not in the mirror.
     #[error("frame {frame} removes {what}, which is not there: subscribe again")]
     Missing {
         /// The frame.
         frame: u64,
-        /// What.
-        what: Thing,
+        /// The element.
+        what: ElementId,
     },
-    /// Something to add is there.
+    /// An element to add is in the mirror already.
     #[error("frame {frame} adds {what}, which is there already: subscribe again")]
-    There {
+    AlreadyThere {
         /// The frame.
         frame: u64,
-        /// What.
-        what: Thing,
+        /// The element.
+        what: ElementId,
     },
-    /// The result is not what was sent.
+    /// The result has another checksum than the message says.
     #[error("frame {frame} has checksum {sent:016x}, but what the mirror holds has {held:016x}: subscribe again")]
     Checksum {
         /// The frame.
         frame: u64,
-        /// What the message says.
+        /// The checksum in the message.
         sent: u64,
-        /// What came out.
+        /// The checksum of the mirror.
         held: u64,
     },
-    /// An earlier message did not lead on.
+    /// An earlier message could not be applied.
     #[error("the mirror has lost its place and needs a snapshot: subscribe again")]
     Lost,
 }
 
-/// An element of a skeleton by its ids.
+/// An element of a skeleton, by its ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Thing {
+pub enum ElementId {
     /// A vertex.
     Vertex(u64),
     /// A tree edge.
@@ -67,7 +72,7 @@ pub enum Thing {
     Critical(u64, u64),
 }
 
-impl std::fmt::Display for Thing {
+impl std::fmt::Display for ElementId {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Vertex(id) => write!(f, "vertex {id}"),
@@ -89,22 +94,22 @@ pub struct Mirror {
 }
 
 impl Mirror {
-    /// Holds nothing: a snapshot, or a diff from frame 0, may come.
+    /// An empty mirror. It accepts a snapshot, or a diff from frame 0.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The newest frame that was proved, if there was one.
+    /// The newest verified frame, if there is one.
     pub fn frame(&self) -> Option<&FrameInfo> {
         self.frame.as_ref()
     }
 
-    /// The number of the newest frame that was proved; 0 if there was none.
+    /// The number of the newest verified frame. 0: none.
     pub fn number(&self) -> u64 {
         self.frame.as_ref().map_or(0, |frame| frame.number)
     }
 
-    /// Whether only a snapshot can help.
+    /// Whether the mirror accepts nothing but a snapshot.
     pub fn needs_snapshot(&self) -> bool {
         self.is_lost
     }
@@ -124,15 +129,15 @@ impl Mirror {
         &self.critical
     }
 
-    /// Proves what is held.
+    /// The checksum of the content.
     pub fn checksum(&self) -> u64 {
         self.checksum.0
     }
 
-    /// Holds what a snapshot shows, whatever was held before.
+    /// Replaces the content by a snapshot.
     ///
     /// # Errors
-    /// [`MirrorError::Checksum`], or [`MirrorError::There`] where something is listed twice.
+    /// [`MirrorError::Checksum`], or [`MirrorError::AlreadyThere`] where an element is listed twice.
     pub fn apply_snapshot(&mut self, snapshot: &Snapshot) -> Result<(), MirrorError> {
         let Snapshot { frame, vertices, edges, critical, .. } = snapshot;
         *self = Self::new();
@@ -144,10 +149,10 @@ impl Mirror {
         })
     }
 
-    /// Goes on to the frame that a diff leads to.
+    /// Applies a diff.
     ///
     /// # Errors
-    /// [`MirrorError`]: it starts from something else.
+    /// [`MirrorError`]: the diff does not fit the content.
     pub fn apply_diff(&mut self, diff: &Diff) -> Result<(), MirrorError> {
         if self.is_lost {
             return Err(MirrorError::Lost);
@@ -171,12 +176,12 @@ impl Mirror {
         &mut self,
         frame: &FrameInfo,
         sent: u64,
-        change: impl FnOnce(&mut Self) -> Result<(), Misfit>,
+        change: impl FnOnce(&mut Self) -> Result<(), ElementError>,
     ) -> Result<(), MirrorError> {
         let number = frame.number;
         let changed = change(self).map_err(|misfit| match misfit {
-            Misfit::Missing(what) => MirrorError::Missing { frame: number, what },
-            Misfit::There(what) => MirrorError::There { frame: number, what },
+            ElementError::Missing(what) => MirrorError::Missing { frame: number, what },
+            ElementError::AlreadyThere(what) => MirrorError::AlreadyThere { frame: number, what },
         });
         let held = self.checksum.0;
         let differs = (held != sent).then_some(MirrorError::Checksum { frame: number, sent, held });
@@ -188,47 +193,48 @@ impl Mirror {
         proved
     }
 
-    fn remove_vertices(&mut self, ids: &[u64]) -> Result<(), Misfit> {
+    fn remove_vertices(&mut self, ids: &[u64]) -> Result<(), ElementError> {
         for &id in ids {
-            let (x, y) = self.vertices.remove(&id).ok_or(Misfit::Missing(Thing::Vertex(id)))?;
+            let (x, y) = self.vertices.remove(&id).ok_or(ElementError::Missing(ElementId::Vertex(id)))?;
             self.checksum.remove((id, x, y));
         }
         Ok(())
     }
 
-    fn add_vertices(&mut self, vertices: &[Vertex]) -> Result<(), Misfit> {
+    fn add_vertices(&mut self, vertices: &[Vertex]) -> Result<(), ElementError> {
         for &(id, x, y) in vertices {
             if self.vertices.insert(id, (x, y)).is_some() {
-                return Err(Misfit::There(Thing::Vertex(id)));
+                return Err(ElementError::AlreadyThere(ElementId::Vertex(id)));
             }
             self.checksum.add((id, x, y));
         }
         Ok(())
     }
 
-    fn remove_edges(&mut self, edges: &[Edge]) -> Result<(), Misfit> {
+    fn remove_edges(&mut self, edges: &[Edge]) -> Result<(), ElementError> {
         for &edge in edges {
             if !self.edges.remove(&edge) {
-                return Err(Misfit::Missing(Thing::Edge(edge.0, edge.1)));
+                return Err(ElementError::Missing(ElementId::Edge(edge.0, edge.1)));
             }
             self.checksum.remove(edge);
         }
         Ok(())
     }
 
-    fn add_edges(&mut self, edges: &[Edge]) -> Result<(), Misfit> {
+    fn add_edges(&mut self, edges: &[Edge]) -> Result<(), ElementError> {
         for &edge in edges {
             if !self.edges.insert(edge) {
-                return Err(Misfit::There(Thing::Edge(edge.0, edge.1)));
+                return Err(ElementError::AlreadyThere(ElementId::Edge(edge.0, edge.1)));
             }
             self.checksum.add(edge);
         }
         Ok(())
     }
 
-    fn remove_critical(&mut self, edges: &[Edge]) -> Result<(), Misfit> {
+    fn remove_critical(&mut self, edges: &[Edge]) -> Result<(), ElementError> {
         for &(a, b) in edges {
-            let (birth, death) = self.critical.remove(&(a, b)).ok_or(Misfit::Missing(Thing::Critical(a, b)))?;
+            let (birth, death) =
+                self.critical.remove(&(a, b)).ok_or(ElementError::Missing(ElementId::Critical(a, b)))?;
             self.checksum.remove((a, b, birth, death));
         }
         Ok(())
@@ -244,7 +250,7 @@ impl Mirror {
     }
 }
 
-enum Misfit {
-    Missing(Thing),
-    There(Thing),
+enum ElementError {
+    Missing(ElementId),
+    AlreadyThere(ElementId),
 }

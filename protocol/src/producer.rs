@@ -1,22 +1,22 @@
 //! Messages between a producer and the daemon (SPEC.md, section 6).
 //!
-//! Invariants: a released message is never changed. Must not know: bytes.
+//! Invariants: a released message never changes. Must not know: bytes.
 
 use serde::{Deserialize, Serialize};
 
 use crate::types::Window;
 
-/// How many refusals [`Refused::reasons`] lists at the most.
+/// The largest number of refusals that [`Refused::reasons`] lists.
 pub const LISTED_REFUSALS: usize = 1000;
 
 /// Joins a stream, or creates it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Open {
-    /// Its name.
+    /// The stream's name.
     pub name: String,
-    /// Which points stay; none: as it is, or all.
+    /// Which points are kept. None: the stream's own window; for a new stream, all points.
     pub window: Option<Window>,
-    /// Step of the grid that positions snap to; none: as it is, or no grid.
+    /// The step of the grid to which positions are snapped. None: the stream's own; for a new stream, no grid.
     pub resolution: Option<f64>,
 }
 
@@ -25,13 +25,13 @@ pub struct Open {
 pub struct Opened {
     /// The stream's number.
     pub stream: u32,
-    /// Differs between streams of one name.
+    /// Differs between streams that had the same name.
     pub epoch: u64,
-    /// Whether it was not there before.
+    /// Whether the stream is new.
     pub created: bool,
-    /// Which points stay.
+    /// Which points are kept.
     pub window: Window,
-    /// Step of the grid that positions snap to.
+    /// The step of the grid to which positions are snapped.
     pub resolution: Option<f64>,
     /// The newest frame; 0 if there is none.
     pub frame: u64,
@@ -39,25 +39,25 @@ pub struct Opened {
     pub largest_batch: u32,
 }
 
-/// Points.
+/// Points to add.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Batch {
     /// The producer's number for this message.
     pub sequence: u64,
-    /// Where.
+    /// The positions.
     pub points: Vec<(f64, f64)>,
-    /// When: nothing, or one for each point.
+    /// The event times: none, or one for each point.
     pub times: Vec<f64>,
-    /// The producer's own numbers: nothing, or one for each point.
+    /// The producer's own numbers of the points: none, or one for each point.
     pub tags: Vec<u64>,
 }
 
-/// Points to take back.
+/// Points to remove.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Retract {
     /// The producer's number for this message.
     pub sequence: u64,
-    /// The oldest point at each of these positions.
+    /// At each of these positions the oldest point is removed.
     pub points: Vec<(f64, f64)>,
 }
 
@@ -66,108 +66,108 @@ pub struct Retract {
 pub struct Commit {
     /// The producer's number for this message.
     pub sequence: u64,
-    /// What it shall carry.
+    /// The frame's time.
     pub time: Option<f64>,
 }
 
-/// Ends the channel.
+/// Closes the channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Close {
-    /// And the stream, for everybody.
+    /// Whether to end the stream too, for all producers and consumers.
     pub end: bool,
 }
 
-/// The channel has ended.
+/// Answers [`Close`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Closed {
     /// The stream's last frame.
     pub frame: u64,
 }
 
-/// All points of a message were taken.
+/// All points of a message were accepted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Accepted {
-    /// Of the message.
+    /// The sequence number of the message.
     pub sequence: u64,
-    /// How many.
+    /// The number of points.
     pub points: u32,
-    /// If there were tags: tag and vertex of each point.
+    /// If the points had tags: tag and vertex of each point.
     pub placed: Vec<(u64, u64)>,
 }
 
-/// Some points of a message were not taken.
+/// Some points of a message were refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Refused {
-    /// Of the message.
+    /// The sequence number of the message.
     pub sequence: u64,
-    /// How many were taken.
+    /// The number of accepted points.
     pub accepted: u32,
-    /// How many were not.
+    /// The number of refused points.
     pub refused: u32,
-    /// Why; the first [`LISTED_REFUSALS`].
+    /// The reasons of the first [`LISTED_REFUSALS`] refusals.
     pub reasons: Vec<Refusal>,
-    /// If there were tags: tag and vertex of each point that was taken.
+    /// If the points had tags: tag and vertex of each accepted point.
     pub placed: Vec<(u64, u64)>,
 }
 
-/// Why a point was not taken.
+/// Why a point was refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Refusal {
-    /// Its place in the message.
+    /// The index of the point in the message.
     pub index: u32,
-    /// One of [`RefusalCode`], or one that this version does not know.
+    /// One of [`RefusalCode`], or a code that this version does not know.
     pub code: u16,
-    /// For people.
+    /// The reason, for people.
     pub text: String,
 }
 
-/// What [`Refusal::code`] says.
+/// The values of [`Refusal::code`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u16)]
 pub enum RefusalCode {
     /// A coordinate is not finite, or out of range.
     Coordinate = 1,
-    /// No event time, in a time window.
+    /// The point has no event time, but the stream has a time window.
     NoTime = 2,
-    /// An event time that is not finite.
+    /// The event time is not finite.
     TimeNotFinite = 3,
-    /// Too late for the time window.
+    /// The event time is too old for the time window.
     TooLate = 4,
-    /// Nothing there to retract.
+    /// There is no point to remove at this position.
     NotThere = 5,
-    /// The stream may hold no more.
+    /// The stream has reached its limit of points.
     StreamFull = 6,
-    /// The daemon may hold no more.
+    /// The daemon has reached its limit of memory.
     DaemonFull = 7,
 }
 
-/// A frame was closed.
+/// Answers [`Commit`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Committed {
-    /// Of the message.
+    /// The sequence number of the message.
     pub sequence: u64,
     /// The frame's number.
     pub frame: u64,
 }
 
-/// A message was dropped, since the stream did not keep up.
+/// A message was dropped, since the engine did not keep up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Overloaded {
-    /// Of the message.
+    /// The sequence number of the message.
     pub sequence: u64,
-    /// Points in it.
+    /// The number of points in it.
     pub points: u32,
     /// Points dropped on this channel so far.
     pub total: u64,
-    /// Why this one.
+    /// The policy that dropped it.
     pub policy: Policy,
 }
 
-/// What is dropped when a stream does not keep up.
+/// Which message is dropped when the engine does not keep up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Policy {
-    /// What has waited longest.
+    /// The one that has waited longest.
     DropOldest,
-    /// What comes.
+    /// The one that arrives.
     DropNewest,
 }

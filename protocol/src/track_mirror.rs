@@ -1,8 +1,14 @@
-//! What a consumer holds of a stream's tracks: it follows what happened to them.
+//! A track mirror: a consumer's copy of the tracks of a stream. It applies their events.
 //!
-//! In: [`Tracks`]. Out: the living tracks by id, as they were last told of, and their cycles. The contract: living tracks are the same whether they were told by events alone or listed
-//! in every frame (SPEC.md, section 9). Invariants: after an error it holds nothing to rely on, says so, and takes nothing but a message that starts anew. Must not
-//! know: where messages come from, vertices.
+//! In: [`Tracks`]. Out: the living tracks by id, each in its last reported state, and their cycles.
+//!
+//! The contract: living tracks are the same whether they were reported by events alone or listed in every frame
+//! (SPEC.md, section 9).
+//!
+//! Invariants: after an error the content is not valid: the mirror reports this and accepts only a message that starts
+//! from 0.
+//!
+//! Must not know: where messages come from, vertices.
 
 use std::collections::BTreeMap;
 
@@ -10,42 +16,42 @@ use thiserror::Error;
 
 use crate::tracks::{Happening, Track, TrackCycle, TrackEvent, Tracks};
 
-/// Why a message does not lead on from what a mirror holds. It has to be given one that starts from 0.
+/// Why a message does not fit the content of a mirror. Only a message that starts from 0 helps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum TrackMirrorError {
-    /// It starts from another frame, or does not lead forward.
+    /// The message starts from another frame, or does not lead to a later one.
     #[error("tracks of frame {to} start from frame {from}, but the mirror holds frame {holds}: ask for tracks again")]
     Gap {
-        /// The frame that the mirror holds; 0 for none.
+        /// The frame that the mirror holds. 0: none.
         holds: u64,
         /// The frame that the message starts from.
         from: u64,
         /// The frame that it leads to.
         to: u64,
     },
-    /// It starts anew and does not say with what, or says what happened before.
+    /// The message starts from 0 without a list of living tracks, or with events.
     #[error("tracks of frame {frame} start anew, but are not a list of living tracks alone: ask for tracks again")]
     NoStart {
-        /// The frame that it leads to.
+        /// The frame that the message leads to.
         frame: u64,
     },
-    /// An event is of a frame that is told of before or later, or something is not in its place.
+    /// An event's frame is outside of the message's frames, or a list is not sorted.
     #[error("tracks of frame {frame} name track {track} out of order: ask for tracks again")]
     Order {
         /// The frame that the message leads to.
         frame: u64,
-        /// The track that is in the wrong place.
+        /// The first track that is out of order.
         track: u64,
     },
-    /// Something happens to a track that is not alive, or has a cycle, or is named by another one.
+    /// A track that an event or a cycle refers to is not alive.
     #[error("tracks of frame {frame} name track {track}, which is not alive: ask for tracks again")]
     NotAlive {
-        /// The frame in which it should be.
+        /// The frame of the event or cycle.
         frame: u64,
         /// The track.
         track: u64,
     },
-    /// A track begins that is alive.
+    /// A track begins that is alive already.
     #[error("in frame {frame} track {track} begins, which is alive already: ask for tracks again")]
     Alive {
         /// The frame.
@@ -53,7 +59,7 @@ pub enum TrackMirrorError {
         /// The track.
         track: u64,
     },
-    /// The list of living tracks is not what the events lead to.
+    /// The list of living tracks differs from the result of the events.
     #[error(
         "the living tracks of frame {frame} are not those that events lead to, as track {track} shows: \
          ask for tracks again"
@@ -61,10 +67,10 @@ pub enum TrackMirrorError {
     Contradiction {
         /// The frame.
         frame: u64,
-        /// A track that is in one of them, or that is selected in one of them.
+        /// A track that only one of the two has, or that is selected in only one of them.
         track: u64,
     },
-    /// An earlier message did not lead on.
+    /// An earlier message could not be applied.
     #[error("the mirror of tracks has lost its place and needs a new start: ask for tracks again")]
     Lost,
 }
@@ -80,40 +86,41 @@ pub struct TrackMirror {
 }
 
 impl TrackMirror {
-    /// Knows nothing: a message that starts from 0 may come.
+    /// An empty mirror. It accepts a message that starts from 0.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The frame that was told of last; 0 if there was none.
+    /// The frame of the last message. 0: none.
     pub fn frame(&self) -> u64 {
         self.frame
     }
 
-    /// That frame's time.
+    /// The time of that frame.
     pub fn time(&self) -> Option<f64> {
         self.time
     }
 
-    /// Whether only a message that starts from 0 can help.
+    /// Whether the mirror accepts nothing but a message that starts from 0.
     pub fn needs_start(&self) -> bool {
         self.is_lost || self.frame == 0
     }
 
-    /// Tracks that have begun and not ended, by id, each as it was last told of.
+    /// Tracks that have begun and not ended, by id, each in its last reported state.
     pub fn alive(&self) -> &BTreeMap<u64, Track> {
         &self.alive
     }
 
-    /// The walks around the hole of each living track, if cycles were asked for. A track that is missing for a while has none.
+    /// The walks around the hole of each living track, if the consumer asked for cycles. Empty while the hole is not
+    /// seen.
     pub fn cycles(&self) -> &BTreeMap<u64, Vec<Vec<u64>>> {
         &self.cycles
     }
 
-    /// Goes on to the frame that a message leads to.
+    /// Applies a message.
     ///
     /// # Errors
-    /// [`TrackMirrorError`]: it starts from something else, or contradicts itself.
+    /// [`TrackMirrorError`]: it does not fit the content, or contradicts itself.
     pub fn apply(&mut self, tracks: &Tracks) -> Result<(), TrackMirrorError> {
         if tracks.from == 0 {
             *self = Self::new();
@@ -156,7 +163,7 @@ impl TrackMirror {
             Happening::Merged(_) | Happening::Died => self.end(track),
             Happening::Updated(_) | Happening::Unselected | Happening::Reselected => {}
         }
-        // The other one goes on, so it is there when this one is not: nothing comes from itself.
+        // The other track goes on, so it must be alive after this one has begun or ended. It also cannot be this one.
         if let Happening::Split(other) | Happening::Merged(other) = event.happening
             && !self.alive.contains_key(&other)
         {
@@ -173,12 +180,12 @@ impl TrackMirror {
         self.cycles.remove(&track);
     }
 
-    /// Events and lists must tell the same of who is alive, and of who is selected.
+    /// Events and list must agree on which tracks are alive and which are selected.
     fn compare(&self, frame: u64, alive: &[Track]) -> Result<(), TrackMirrorError> {
-        let told: BTreeMap<u64, bool> = self.alive.iter().map(|(&id, track)| (id, track.selected)).collect();
+        let from_events: BTreeMap<u64, bool> = self.alive.iter().map(|(&id, track)| (id, track.selected)).collect();
         let listed: BTreeMap<u64, bool> = alive.iter().map(|track| (track.id, track.selected)).collect();
-        let differs = |id: &&u64| told.get(id) != listed.get(id);
-        match told.keys().chain(listed.keys()).filter(differs).min() {
+        let differs = |id: &&u64| from_events.get(id) != listed.get(id);
+        match from_events.keys().chain(listed.keys()).filter(differs).min() {
             Some(&track) => Err(TrackMirrorError::Contradiction { frame, track }),
             None => Ok(()),
         }
@@ -199,7 +206,7 @@ impl TrackMirror {
     }
 }
 
-/// Events stand by frame, then by track, and lists by track, no track twice.
+/// Events are sorted by frame, then by track. Lists are sorted by track, without duplicates.
 fn check_order(tracks: &Tracks) -> Result<(), TrackMirrorError> {
     let place = |event: &TrackEvent| (event.frame, event.track.id);
     let is_outside = |event: &&TrackEvent| event.frame <= tracks.from || event.frame > tracks.frame;

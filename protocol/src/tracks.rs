@@ -1,36 +1,39 @@
-//! Messages about tracks (SPEC.md, section 9); since version 2.
+//! Messages about tracks (SPEC.md, section 9). Since version 2.
 //!
-//! Invariants: a released message is never changed, and cases of a choice are never put in another order; lists of tracks are sorted by id. Must not know: bytes.
+//! Invariants: a released message never changes, and the cases of an enum keep their order. Lists of tracks are sorted
+//! by id.
+//!
+//! Must not know: bytes.
 
 use serde::{Deserialize, Serialize};
 
-/// What a consumer wants to know of a stream's tracks.
+/// What a consumer wants of a stream's tracks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum TracksWanted {
     /// Nothing.
     #[default]
     No,
-    /// What happens to them.
+    /// Their events.
     Events,
-    /// That, and all that are alive in every frame.
+    /// Their events, and the list of living tracks in every frame.
     Alive,
-    /// That, and the cycles of those that are alive, when they change.
+    /// All of that, and the cycles of living tracks when they change.
     Cycles,
 }
 
-/// Sees tracks, or other ones than before, from here on.
+/// Starts to follow tracks, or changes what is sent of them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WantTracks {
-    /// What of them.
+    /// What to send.
     pub tracks: TracksWanted,
 }
 
-/// A persistent cycle that is followed, as it was last seen.
+/// A persistent cycle that is followed over time, in its last seen state.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track {
-    /// Never given twice within the stream's epoch.
+    /// Unique within the stream's epoch.
     pub id: u64,
-    /// Frames since it was first seen, both ends among them.
+    /// The number of frames from the first to the last in which it was seen.
     pub age: u64,
     /// The scale at which its cycle is born.
     pub birth: f64,
@@ -38,17 +41,17 @@ pub struct Track {
     pub death: f64,
     /// Where its hole is filled.
     pub center: (f64, f64),
-    /// From there to the nearest points.
+    /// The distance from there to the nearest points.
     pub radius: f64,
-    /// Of its hole at birth, islands left out, when that was looked at last.
+    /// The area of its hole at birth, without islands, when it was last computed.
     pub area: f64,
-    /// Of the centre, a frame.
+    /// The movement of the centre in one frame.
     pub velocity: (f64, f64),
     /// Whether it is selected.
     pub selected: bool,
 }
 
-/// What of a track has changed by more than was asked for.
+/// Which values of a track have changed by more than the reporting threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TrackChanges {
     /// The hole's centre.
@@ -59,63 +62,63 @@ pub struct TrackChanges {
     pub death: bool,
 }
 
-/// What has happened to a track.
+/// The kinds of events of a track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Happening {
-    /// It begins.
+    /// The track begins.
     Born,
-    /// It begins inside what the hole of this one was, which goes on.
+    /// The track begins inside the former hole of this other track, which goes on.
     Split(u64),
-    /// It has moved or changed since it was last told of.
+    /// The track has moved or changed since its last report.
     Updated(TrackChanges),
-    /// It goes on, out of the selection.
+    /// The track goes on, but is no longer selected.
     Unselected,
-    /// It is selected again.
+    /// The track is selected again.
     Reselected,
-    /// It ends inside the hole of this one, which goes on.
+    /// The track ends inside the hole of this other track, which goes on.
     Merged(u64),
-    /// It ends.
+    /// The track ends.
     Died,
 }
 
-/// Something that has happened to a track.
+/// An event of a track.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackEvent {
-    /// In which frame.
+    /// The frame of the event.
     pub frame: u64,
     /// That frame's time.
     pub time: Option<f64>,
-    /// What.
+    /// The kind of event.
     pub happening: Happening,
-    /// To whom.
+    /// The track after the event.
     pub track: Track,
 }
 
 /// The cycle of a track.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TrackCycle {
-    /// The track's.
+    /// The track's id.
     pub id: u64,
-    /// Closed walks along vertices, by their ids, around the hole at its birth: the outer one counter-clockwise, then those around islands in it, clockwise. None, while the
-    /// track is not there.
+    /// Closed walks along vertices, by their ids, around the hole at its birth. The outer one runs counter-clockwise;
+    /// then follow those around islands in the hole, clockwise. Empty while the hole is not seen.
     pub walks: Vec<Vec<u64>>,
 }
 
-/// What has happened to tracks up to a frame.
+/// The events of tracks up to a frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tracks {
     /// The stream's number.
     pub stream: u32,
-    /// The frame that was told of before; 0: what was told before means nothing, and all that are alive stand here.
+    /// The frame of the previous message. 0: the consumer drops what it has, and `alive` lists all living tracks.
     pub from: u64,
-    /// The frame that this leads to.
+    /// The frame that the message leads to.
     pub frame: u64,
     /// That frame's time.
     pub time: Option<f64>,
-    /// By frame, then by track.
+    /// Sorted by frame, then by track.
     pub events: Vec<TrackEvent>,
-    /// All that are alive, if that was wanted or if this starts from 0.
+    /// All living tracks, if the consumer asked for them or if the message starts from 0.
     pub alive: Option<Vec<Track>>,
-    /// Cycles that have changed, if they were wanted.
+    /// Cycles that have changed, if the consumer asked for them.
     pub cycles: Vec<TrackCycle>,
 }

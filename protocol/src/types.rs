@@ -1,6 +1,8 @@
 //! Types that messages share (SPEC.md, section 4).
 //!
-//! Invariants: a released type is never changed, and cases of a choice are never put in another order: their order is the format. Must not know: bytes.
+//! Invariants: a released type never changes, and the cases of an enum keep their order: the order is the format.
+//!
+//! Must not know: bytes.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,25 +14,25 @@ pub fn is_name(name: &str) -> bool {
     is_pattern(name) && !name.contains('*')
 }
 
-/// Whether streams may be asked for by this pattern: a name in which `*` stands for any run of characters.
+/// Whether this is a valid pattern of names: a name in which `*` stands for any run of characters.
 pub fn is_pattern(pattern: &str) -> bool {
     (1..=LONGEST_NAME).contains(&pattern.len()) && !pattern.contains(|character: char| character.is_control())
 }
 
-/// Which points of a stream stay.
+/// Which points of a stream are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Window {
-    /// All.
+    /// All points.
     All,
-    /// The last so many.
+    /// The newest points, at most so many.
     Points(u64),
-    /// Those of the last so many frames.
+    /// The points of the last so many frames.
     Frames(u64),
-    /// Those of the last so much event time.
+    /// The points of the last so much event time.
     Time(f64),
 }
 
-/// Which part of the skeleton is asked for. Scales are radii.
+/// A part of the skeleton. Scales are radii.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Cut {
     /// HoPeS(C).
@@ -41,34 +43,34 @@ pub enum Cut {
     Derived(u32, u32),
 }
 
-/// Whether the part asked for is simplified.
+/// How the part is simplified.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Simplify {
-    /// It is not.
+    /// Not at all.
     No,
-    /// Edges shorter than the cut's own scale are collapsed: alpha, or vs.
+    /// Edges shorter than the cut's own scale are collapsed. That is alpha, or vs.
     AtScale,
     /// Edges of half-length below this are collapsed.
     Below(f64),
 }
 
-/// What a consumer sees.
+/// What a consumer sees of the skeleton.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct View {
     /// The part.
     pub cut: Cut,
-    /// And how it is drawn together.
+    /// How it is simplified.
     pub simplify: Simplify,
 }
 
-/// How much of the persistence diagram a consumer sees.
+/// How many dots of the persistence diagram a consumer sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum DotsWanted {
-    /// Nothing.
+    /// None.
     No,
-    /// The most persistent so many.
+    /// The most persistent ones, at most so many.
     Top(u32),
-    /// Everything.
+    /// All.
     All,
 }
 
@@ -81,42 +83,42 @@ pub type Edge = (u64, u64);
 /// A critical edge: its ends, birth, death.
 pub type Critical = (u64, u64, f64, f64);
 
-/// What is said of a frame as a whole.
+/// What a snapshot or diff says about a frame as a whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameInfo {
-    /// Counts the stream's commits, from 1.
+    /// Counts the stream's commits from 1.
     pub number: u64,
-    /// The commit's, else the newest event time.
+    /// The time of the commit. Without one, the newest event time.
     pub time: Option<f64>,
     /// Points in the window.
     pub points: u64,
     /// Distinct positions.
     pub vertices: u64,
-    /// Points refused since the frame before.
+    /// Points refused since the previous frame.
     pub rejected: u64,
-    /// What is shown.
+    /// The view that is sent.
     pub view: View,
     /// Smallest persistence selected; none if infinite, or if the view is not derived.
     pub ds: Option<f64>,
     /// Largest birth selected; none if infinite, or if the view is not derived.
     pub vs: Option<f64>,
-    /// Connected components shown.
+    /// Connected components of the view.
     pub components: u64,
-    /// Independent cycles shown.
+    /// Independent cycles of the view.
     pub cycles: u64,
 }
 
 /// A dot of the persistence diagram, with its hole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dot {
-    /// The critical edge.
+    /// Its critical edge.
     pub edge: Edge,
-    /// Half its length.
+    /// Half the length of the critical edge.
     pub birth: f64,
     /// The scale at which the hole is filled.
     pub death: f64,
     /// Where the hole is filled.
     pub center: (f64, f64),
-    /// From there to the nearest points.
+    /// The distance from there to the nearest points.
     pub radius: f64,
 }

@@ -1,8 +1,12 @@
-//! Versions are frozen: the types of the wire are what they were, and SPEC.md says what they are.
+//! Released versions are frozen: the wire types do not change, and SPEC.md describes them.
 //!
-//! In: the sources of the wire types, SPEC.md and samples. Out: whether a fingerprint of the definitions of each version is still the one in SPEC.md, and whether every message, field and case stands there.
-//! Invariants: comments, layout and the order of definitions do not count; names, types and the order of fields and cases do; what begins
-//! with a later version does not count in an earlier one. Must not know: bytes, which the vectors hold still.
+//! In: the sources of the wire types, SPEC.md and samples. Out: whether SPEC.md has the fingerprint of each version's
+//! definitions, and whether it lists every message, field and case.
+//!
+//! Invariants: comments, layout and the order of definitions do not change a fingerprint. Names, types and the order of
+//! fields and cases do. A definition that begins with a later version does not count for an earlier one.
+//!
+//! Must not know: bytes, which the vectors freeze.
 
 mod samples;
 
@@ -13,7 +17,8 @@ use samples::VERSIONS;
 
 const SPEC: &str = include_str!("../SPEC.md");
 
-/// Sources, and the first version that has what is defined there; the table of messages tells of each itself.
+/// Each source with the first version of its definitions. The table of messages states the version of each message
+/// itself.
 const SOURCES: [(u16, &str); 6] = [
     (1, include_str!("../src/types.rs")),
     (1, include_str!("../src/daemon.rs")),
@@ -23,9 +28,9 @@ const SOURCES: [(u16, &str); 6] = [
     (2, include_str!("../src/tracks.rs")),
 ];
 
-// ---- definitions, out of the sources
+// ---- definitions in the sources
 
-/// What counts of a source: no comments, no attributes but serde's, no layout.
+/// The part of a source that counts: no comments, no attributes except serde's, no layout.
 fn essence(source: &str) -> String {
     let code: String =
         source.lines().map(|line| line.split("//").next().unwrap_or_default().to_owned() + "\n").collect();
@@ -52,7 +57,7 @@ fn without_attributes(code: &str) -> String {
     kept + rest
 }
 
-/// Length of the brackets that a text begins with.
+/// The length of the bracketed group at the beginning of a text.
 fn closing(text: &str) -> usize {
     let mut depth = 0;
     for (at, mark) in text.char_indices() {
@@ -79,17 +84,17 @@ enum Kind {
 struct Definition {
     kind: Kind,
     name: String,
-    /// Everything after the name.
+    /// The text after the name.
     body: String,
-    /// All of it.
+    /// The whole definition.
     text: String,
 }
 
-/// Definitions in the essence of a source.
+/// The definitions in the essence of a source.
 fn definitions(essence: &str) -> Vec<Definition> {
     let mut found = Vec::new();
     let mut rest = essence;
-    // Whatever is within a pair of braces is passed over as a whole: a macro's own definitions are no types.
+    // A group in braces is skipped as a whole, since the definitions inside a macro are not types.
     while let Some(open) = rest.find(['{', ';']) {
         let end = if rest[open..].starts_with(';') { open + 1 } else { open + closing(&rest[open..]) };
         found.extend(definition(&rest[..open], &rest[open..end]));
@@ -111,7 +116,7 @@ fn all_definitions() -> Vec<Definition> {
     SOURCES.iter().flat_map(|(_, source)| definitions(&essence(source))).collect()
 }
 
-/// A definition as a version has it: the table of messages without those that begin later.
+/// A definition as a version has it. The table of messages loses the messages of later versions.
 fn in_version(version: u16, definition: Definition) -> Definition {
     if definition.kind != Kind::Table {
         return definition;
@@ -122,7 +127,7 @@ fn in_version(version: u16, definition: Definition) -> Definition {
     Definition { text: format!("{}{body}", definition.name), body, ..definition }
 }
 
-/// Those of a kind: name and body.
+/// The definitions of a kind: name and body.
 fn all(kind: Kind) -> BTreeMap<String, String> {
     let of_kind = all_definitions().into_iter().filter(|definition| definition.kind == kind);
     of_kind.map(|definition| (definition.name, definition.body)).collect()
@@ -136,7 +141,7 @@ fn entry_and_first(entry: String) -> (String, u16) {
     }
 }
 
-/// FNV-1a of all definitions that a version has, whatever their order.
+/// FNV-1a of all definitions of a version, independent of their order.
 fn fingerprint(version: u16, sources: &[(u16, &str)]) -> u64 {
     let known = sources.iter().filter(|(since, _)| *since <= version);
     let found = known.flat_map(|(_, source)| definitions(&essence(source)));
@@ -146,7 +151,7 @@ fn fingerprint(version: u16, sources: &[(u16, &str)]) -> u64 {
 }
 
 #[test]
-fn the_wire_types_of_each_version_are_what_they_were() {
+fn the_wire_types_of_each_version_have_not_changed() {
     let said: Vec<&str> = SPEC.lines().filter(|line| line.starts_with("Fingerprint")).collect();
     assert_eq!(said.len(), VERSIONS.len(), "SPEC.md has a fingerprint for each version");
     for (version, said) in VERSIONS.into_iter().zip(said) {
@@ -165,14 +170,14 @@ fn the_wire_types_of_each_version_are_what_they_were() {
     assert_eq!(VERSIONS.last(), Some(&VERSION), "the newest one is held as well");
 }
 
-/// Released: whatever else changes, this number is what it was.
+/// Released: this number must never change.
 #[test]
 fn the_fingerprint_of_version_1_is_released() {
     assert_eq!(fingerprint(1, &SOURCES), 0x4fa0_27c6_9f59_74ce);
 }
 
 #[test]
-fn what_begins_later_does_not_change_the_fingerprint_of_a_version() {
+fn later_definitions_do_not_change_the_fingerprint_of_a_version() {
     let print = |version, sources: &[(u16, &str)]| fingerprint(version, sources);
     let old = [(1, "pub struct A { pub a: u64 } messages! { 0x0001 A(A), 0x0003 C(A), }")];
     let new = [
@@ -182,7 +187,7 @@ fn what_begins_later_does_not_change_the_fingerprint_of_a_version() {
     assert_eq!(print(1, &new), print(1, &old));
     assert_ne!(print(2, &new), print(2, &old));
     assert_eq!(print(3, &new), print(2, &new));
-    // One that is moved to another version changes both.
+    // A message that is moved to another version changes both fingerprints.
     let moved =
         [(1, "pub struct A { pub a: u64 } messages! { 0x0001 A(A), 0x0002 B(B), 0x0003 C(A) since 2, }"), new[1]];
     assert_ne!(print(1, &moved), print(1, &new));
@@ -199,7 +204,7 @@ fn comments_and_layout_do_not_change_the_fingerprint() {
 }
 
 #[test]
-fn whatever_bytes_or_json_depend_on_changes_the_fingerprint() {
+fn changes_that_affect_bytes_or_json_change_the_fingerprint() {
     let source = "pub struct A { pub a: u64, pub b: u64 } pub enum B { C, D(u64) } #[repr(u16)] pub enum E { F = 1 } \
                   pub type G = (u64, f64); messages! { 0x0001 A(A), }";
     let changes = [
@@ -222,12 +227,12 @@ fn whatever_bytes_or_json_depend_on_changes_the_fingerprint() {
     }
 }
 
-// ---- what SPEC.md says of them
+// ---- definitions in SPEC.md
 
-/// Number, name and body of a message as SPEC.md has it.
+/// Number, name and body of a message in SPEC.md.
 type Row = (u16, String, String);
 
-/// The rows of its tables, and the one message that is in none.
+/// The rows of the tables in SPEC.md, and the one message that is not in a table.
 fn rows() -> Vec<Row> {
     let in_tables = SPEC.lines().filter(|line| line.starts_with("| 0x")).map(row);
     let elapsed = between(SPEC, "`Elapsed` (", ", channel 0)");
@@ -245,14 +250,14 @@ fn hexadecimal(number: &str) -> u16 {
     u16::from_str_radix(number.trim_start_matches("0x"), 16).expect("a number like 0x0103")
 }
 
-/// What stands between two texts, on one line.
+/// The text between two texts on one line.
 fn between<'a>(text: &'a str, before: &str, after: &str) -> &'a str {
     let start = text.find(before).unwrap_or_else(|| panic!("SPEC.md has no `{before}`")) + before.len();
     let end = text[start..].find(after).unwrap_or_else(|| panic!("nothing ends `{before}`"));
     &text[start..start + end]
 }
 
-/// Parts between commas that stand in no brackets.
+/// Splits at commas outside of brackets.
 fn parts(list: &str) -> Vec<String> {
     let mut depth = 0;
     let mut parts = vec![String::new()];
@@ -272,7 +277,7 @@ fn parts(list: &str) -> Vec<String> {
     parts.filter(|part| !part.is_empty()).collect()
 }
 
-/// Names and types of the fields in braces, in the words of SPEC.md, without the names that it gives to the parts of a pair.
+/// Names and types of the fields in braces, as SPEC.md writes them, without its names for the parts of a pair.
 fn fields(body: &str, wording: fn(&str) -> String) -> Vec<(String, String)> {
     let list = body.strip_prefix('{').and_then(|body| body.strip_suffix('}')).expect("fields stand in braces");
     let field = |field: String| {
@@ -282,7 +287,7 @@ fn fields(body: &str, wording: fn(&str) -> String) -> Vec<(String, String)> {
     parts(list).into_iter().map(field).collect()
 }
 
-/// A type of SPEC.md without the names of the parts of a pair.
+/// A type in SPEC.md without the names of the parts of a pair.
 fn spec_type(text: &str) -> String {
     if let Some(inner) = text.strip_suffix('?') {
         format!("{}?", spec_type(inner))
@@ -303,7 +308,7 @@ fn spec_type(text: &str) -> String {
     }
 }
 
-/// A type of Rust in the words of SPEC.md.
+/// A Rust type as SPEC.md writes it.
 fn rust_type(text: &str) -> String {
     let generic = |name: &str| text.strip_prefix(name)?.strip_prefix('<')?.strip_suffix('>');
     if let Some(inner) = generic("Option") {
@@ -328,9 +333,9 @@ fn the_spec_lists_every_message() {
     assert_eq!(listed, Message::KINDS);
 }
 
-/// Those of version 2 stand in a section of their own, and the others do not.
+/// Messages of version 2 are in their own section, and no others are.
 #[test]
-fn the_spec_tells_which_version_has_a_message_first() {
+fn the_spec_states_the_first_version_of_each_message() {
     let section = between(SPEC, "## 9. Tracks\n\nSince version 2.", "\n## ");
     for sample in samples::all() {
         let row = format!("| {:#06X} |", sample.message.kind()).replace("0X", "0x");
@@ -349,13 +354,13 @@ fn the_spec_lists_the_fields_of_every_sample() {
     }
 }
 
-/// The fields of the body in pretty JSON: those that stand four deep.
+/// The names of the fields of the body in pretty JSON: they are indented by four.
 fn json_fields(json: &str) -> Vec<String> {
     let names = json.lines().filter_map(|line| line.strip_prefix("    \"")?.split_once('"'));
     names.map(|(name, _)| name.to_owned()).collect()
 }
 
-/// The table of messages as the source has it: name on the wire to type of the body.
+/// The table of messages in the source: from the name on the wire to the type of the body.
 fn bodies() -> BTreeMap<String, String> {
     let entry = |entry: String| {
         let (entry, _) = entry_and_first(entry);
@@ -366,7 +371,7 @@ fn bodies() -> BTreeMap<String, String> {
     inner(&all(Kind::Table)["messages!"]).into_iter().map(entry).collect()
 }
 
-/// What stands between braces.
+/// The text between braces.
 fn inner(body: &str) -> Vec<String> {
     parts(&body[1..body.len() - 1])
 }
@@ -389,7 +394,7 @@ fn the_spec_has_the_types_of_all_fields() {
     }
 }
 
-/// The definition of a type that is no message, in a table or in a sentence.
+/// The definition of a type that is not a message, in a table or in a sentence.
 fn shared(name: &str, opening: &str) -> String {
     let spec = SPEC.split_whitespace().collect::<Vec<_>>().join(" ");
     let starts = [format!("| `{name}` | `{opening}"), format!("`{name}` is `{opening}")];
@@ -398,9 +403,9 @@ fn shared(name: &str, opening: &str) -> String {
 }
 
 #[test]
-fn the_spec_has_every_case_of_every_choice() {
+fn the_spec_has_every_case_of_every_enum() {
     let mut choices = all(Kind::Enum);
-    // Those with numbers of their own are codes.
+    // Enums with explicit numbers are codes.
     choices.retain(|_, body| !body.contains('='));
     assert_eq!(choices.len(), 8);
     for (name, body) in choices {
@@ -408,7 +413,7 @@ fn the_spec_has_every_case_of_every_choice() {
     }
 }
 
-/// The cases that SPEC.md lists of a choice, whose numbers count from 0.
+/// The cases of an enum in SPEC.md. Their numbers count from 0.
 fn spec_cases(name: &str) -> Vec<String> {
     let spec = SPEC.split_whitespace().collect::<Vec<_>>().join(" ");
     let quoted = format!("`{name}`");
@@ -426,7 +431,7 @@ fn spec_cases(name: &str) -> Vec<String> {
     cases
 }
 
-/// Numbers that the text gives to codes: none may be missing there.
+/// SPEC.md gives the number of every code.
 #[test]
 fn the_spec_names_every_code() {
     let lists = [("ErrorCode", "Codes: ", "Others may come"), ("RefusalCode", "place in the batch; ", "`Policy`")];

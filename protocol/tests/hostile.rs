@@ -1,7 +1,12 @@
-//! Bytes as an enemy, a bad line or a program gone wrong sends them: the decoder refuses them by name, and neither panics nor takes memory that was only announced.
+//! Hostile and corrupt bytes: the decoder returns the right error, does not panic, and does not allocate memory that is
+//! only announced.
 //!
-//! In: random bytes, and samples, all in frames of the newest version, which has all messages, with bits flipped, cut off, spliced and with other lengths. Out: whether errors are of the right class. Invariants: what is random is the same at every run. Must
-//! not know: how bodies are written, but that 253 marks a number of eight bytes.
+//! In: random bytes, and samples with flipped bits, cuts, splices and wrong lengths, in frames of the newest version,
+//! which has all messages. Out: whether errors are of the right class.
+//!
+//! Invariants: random values are the same in every run.
+//!
+//! Must not know: how bodies are written, except that 253 marks a number of eight bytes.
 
 mod samples;
 
@@ -13,14 +18,14 @@ use hopes_protocol::{
 use samples::bad::{self, frame_of, long};
 use samples::random::Random;
 
-/// What a decoder says of bytes that come at once.
+/// The result of a decoder that is given all bytes at once.
 fn read(bytes: &[u8]) -> Result<Option<Frame>, FrameError> {
     let mut decoder = Decoder::new(LARGEST_FRAME);
     decoder.push(bytes);
     decoder.frame()
 }
 
-/// A frame of the newest version whose outer part is right, whatever its body.
+/// A frame of the newest version with a correct header and CRC around any body.
 fn sealed(kind: u16, body: &[u8]) -> Vec<u8> {
     frame_of(VERSION, kind, body)
 }
@@ -37,29 +42,30 @@ fn bodies() -> Vec<(u16, Vec<u8>)> {
     frames().into_iter().map(read).map(|frame| (frame.kind, frame.body)).collect()
 }
 
-/// Bad samples, and the versions that they are wrong in.
+/// All bad samples, each with the version in which it is wrong.
 fn all_bad() -> Vec<(u16, bad::Bad)> {
     let of = |version| bad::of(version).into_iter().map(move |bad| (version, bad));
     samples::VERSIONS.into_iter().flat_map(of).collect()
 }
 
-/// Reads a body that may be anything. What can be read comes out the same when it is written and read again; all else is refused by name.
+/// Reads any body. If it can be read, then writing and reading it again gives the same. If not, the error is of the
+/// right class.
 fn read_body(kind: u16, body: &[u8]) -> bool {
     match Message::decode(VERSION, kind, body) {
         Ok(message) => {
             let written = encode(VERSION, 7, &message).expect("it is short");
             let again = read(&written).expect("it is right").expect("it is whole").message().expect("it can be read");
-            // By its bytes, since NaN differs from itself.
+            // The bytes are compared, since NaN differs from itself.
             assert_eq!(encode(VERSION, 7, &again).expect("it is short"), written);
             assert!(written.len() <= HEADER + body.len() + 4, "{kind:#06x} {body:?}");
             true
         }
-        Err(BodyError::Malformed { kind: told, reason }) => {
-            assert!(told == kind && !reason.is_empty());
+        Err(BodyError::Malformed { kind: found, reason }) => {
+            assert!(found == kind && !reason.is_empty());
             false
         }
-        Err(BodyError::TrailingBytes { kind: told, extra }) => {
-            assert!(told == kind && (1..=body.len()).contains(&extra));
+        Err(BodyError::TrailingBytes { kind: found, extra }) => {
+            assert!(found == kind && (1..=body.len()).contains(&extra));
             Message::decode(VERSION, kind, &body[..body.len() - extra]).expect("the bytes before are a body");
             false
         }
@@ -105,7 +111,7 @@ fn unknown_types_are_refused_whatever_their_body() {
     }
 }
 
-/// Messages that version 1 has not.
+/// Messages that version 1 does not have.
 const OF_VERSION_2: [u16; 2] = [0x020D, 0x020E];
 
 #[test]
@@ -126,7 +132,7 @@ fn a_version_neither_reads_nor_writes_messages_of_a_later_one() {
             let written = if is_known { Ok(frame_of(version, kind, &body)) } else { Err(unknown.clone()) };
             assert_eq!(encode(version, 7, &sample.message), written, "{} in version {version}", sample.name);
         }
-        // The frame is right, whatever it holds: only what it says is not known.
+        // The frame is correct. Only its type is unknown.
         let mut decoder = Decoder::new(LARGEST_FRAME);
         decoder.set_version(1);
         decoder.push(&frame_of(1, kind, &body));
@@ -151,9 +157,9 @@ fn a_frame_says_in_which_version_it_came() {
     }
 }
 
-/// A daemon that refuses somebody whose banner it has not read yet does so in version 1 (SPEC.md, section 1).
+/// A daemon refuses a client in version 1 if it has not read the client's banner (SPEC.md, section 1).
 #[test]
-fn until_a_version_is_agreed_on_all_that_are_spoken_are_read() {
+fn all_supported_versions_are_read_until_one_is_agreed_on() {
     let mut decoder = Decoder::new(LARGEST_FRAME);
     decoder.push(&[frame_of(1, 0x0006, &[13, 0, 0]), frame_of(2, 0x0003, &[7]), frame_of(1, 0x0003, &[7])].concat());
     let mut next = || decoder.frame().map(|frame| frame.expect("it is whole"));
@@ -181,7 +187,7 @@ fn a_body_cut_off_anywhere_is_refused() {
 }
 
 #[test]
-fn a_body_that_goes_on_is_refused() {
+fn a_body_with_trailing_bytes_is_refused() {
     let mut random = Random::new(4);
     for (kind, body) in bodies() {
         for extra in 1..20 {
@@ -191,7 +197,7 @@ fn a_body_that_goes_on_is_refused() {
     }
 }
 
-/// A body with something wrong, or another one by chance.
+/// A body with an error, or by chance another valid body.
 fn mutated(random: &mut Random, bodies: &[(u16, Vec<u8>)]) -> (u16, Vec<u8>) {
     let (kind, mut body) = random.pick(bodies).clone();
     for _ in 0..=random.below(3) {
@@ -226,9 +232,9 @@ fn mutated_bodies_are_read_or_refused() {
     assert!((10_000..390_000).contains(&readable), "{readable} were readable: mutations are too weak, or too strong");
 }
 
-/// In frames of this size CRC-32C finds any three wrong bits.
+/// In frames of this size CRC-32C detects any three wrong bits.
 #[test]
-fn no_flipped_bit_goes_unseen() {
+fn every_flipped_bit_is_detected() {
     let mut random = Random::new(6);
     for frame in frames().into_iter().filter(|frame| frame.len() < 600) {
         for bit in 0..frame.len() * 8 {
@@ -245,7 +251,7 @@ fn no_flipped_bit_goes_unseen() {
 }
 
 #[test]
-fn a_frame_cut_off_anywhere_is_waited_for() {
+fn a_frame_cut_off_anywhere_is_incomplete() {
     for bytes in frames() {
         let whole = read(&bytes);
         for length in 0..bytes.len() {
@@ -258,7 +264,8 @@ fn a_frame_cut_off_anywhere_is_waited_for() {
     }
 }
 
-/// The CRC of a body does not know its header: a splice exactly between them is a frame, with the header of one and the body of another.
+/// The CRC of a body does not cover the header. So a splice exactly between them is a valid frame, with the header of
+/// one frame and the body of the other.
 #[test]
 fn spliced_frames_are_refused() {
     let (mut random, frames) = (Random::new(7), frames());
@@ -283,11 +290,11 @@ fn assert_of_either(frame: &Frame, first: &[u8], second: &[u8]) {
     let either = [first, second].map(|bytes| read(bytes).expect("it is right").expect("it is whole"));
     let has_header = |of: &Frame| (of.channel, of.kind) == (frame.channel, frame.kind);
     assert!(either.iter().any(has_header), "{frame:?}");
-    // Four zeros anywhere are the CRC of nothing.
+    // Four zero bytes anywhere are the CRC of an empty body.
     assert!(frame.body.is_empty() || either.iter().any(|of| of.body == frame.body), "{frame:?}");
 }
 
-/// Everything that a decoder finds in a stream, and where.
+/// The banner and the frames that a decoder finds in a stream, with their offsets.
 fn stream(pieces: &mut dyn Iterator<Item = &[u8]>) -> (Option<Banner>, Vec<(u64, Frame)>) {
     let mut decoder = Decoder::new(LARGEST_FRAME);
     let (mut banner, mut frames) = (None, Vec::new());
@@ -306,7 +313,7 @@ fn stream(pieces: &mut dyn Iterator<Item = &[u8]>) -> (Option<Banner>, Vec<(u64,
     (banner, frames)
 }
 
-/// A stream in pieces of random sizes up to this one.
+/// Cuts a stream into pieces of random sizes up to a largest one.
 fn pieces<'a>(bytes: &'a [u8], largest: usize, random: &mut Random) -> Vec<&'a [u8]> {
     let (mut pieces, mut rest) = (Vec::new(), bytes);
     while !rest.is_empty() {
@@ -318,7 +325,7 @@ fn pieces<'a>(bytes: &'a [u8], largest: usize, random: &mut Random) -> Vec<&'a [
 }
 
 #[test]
-fn pieces_of_any_size_make_the_same_frames() {
+fn pieces_of_any_size_give_the_same_frames() {
     let frames = frames();
     let bytes = [Banner::OURS.encode().to_vec(), frames.concat()].concat();
     let at_once = stream(&mut [&bytes[..]].into_iter());
@@ -338,7 +345,7 @@ fn pieces_of_any_size_make_the_same_frames() {
 }
 
 #[test]
-fn lengths_are_held_against_the_cap_before_the_body_comes() {
+fn lengths_are_checked_before_the_body_arrives() {
     let mut random = Random::new(9);
     for _ in 0..100_000 {
         let (length, largest) = (random.word() as u32 >> random.below(32), random.word() as u32 >> random.below(32));
@@ -350,7 +357,7 @@ fn lengths_are_held_against_the_cap_before_the_body_comes() {
 }
 
 #[test]
-fn frames_as_large_as_the_cap_are_taken() {
+fn frames_of_the_largest_size_are_accepted() {
     let bytes = sealed(0x0103, &[7; 1000]);
     for (largest, is_taken) in [(999, false), (1000, true), (1001, true)] {
         let mut decoder = Decoder::new(largest);
@@ -375,7 +382,7 @@ fn other_versions_are_refused_whatever_their_length() {
 }
 
 #[test]
-fn after_an_error_the_stream_is_lost() {
+fn after_an_error_nothing_more_is_read() {
     let is_fatal = |bad: &bad::Bad| ![bad::BODY, bad::INCOMPLETE].contains(&bad.refusal.error.as_str());
     for (version, bad) in all_bad().into_iter().filter(|(_, bad)| is_fatal(bad)) {
         let good = frame_of(version, 0x0003, &[7]);
@@ -391,7 +398,7 @@ fn after_an_error_the_stream_is_lost() {
 }
 
 #[test]
-fn after_a_body_that_cannot_be_read_the_stream_goes_on() {
+fn after_an_invalid_body_the_next_frame_is_read() {
     for (version, bad) in all_bad().into_iter().filter(|(_, bad)| bad.refusal.error == bad::BODY) {
         let good = frame_of(version, 0x0003, &[7]);
         let mut decoder = Decoder::new(LARGEST_FRAME);
@@ -404,8 +411,8 @@ fn after_a_body_that_cannot_be_read_the_stream_goes_on() {
     }
 }
 
-/// Memory is measured in a process of its own, one test alone, and its allocator told to take what is large from the system and give it back at once.
-/// (A counting allocator would need `unsafe`, which this workspace forbids.)
+/// Memory is measured in a process of its own that runs one test, with an allocator that takes large blocks from the
+/// system and returns them at once. A counting allocator would need `unsafe`, which this workspace forbids.
 #[cfg(target_os = "linux")]
 mod memory {
     use std::hint::black_box;
@@ -413,11 +420,11 @@ mod memory {
 
     use super::*;
 
-    /// For bodies of 1 KiB.
+    /// The memory allowed for bodies of 1 KiB, in bytes.
     const ALLOWED: usize = 512 << 10;
 
     #[test]
-    fn memory_grows_with_what_has_come_and_not_with_what_is_announced() {
+    fn memory_grows_with_received_bytes_not_with_announced_lengths() {
         let output = Command::new(std::env::current_exe().expect("tests know where they are"))
             .args(["--exact", "memory::peak", "--ignored", "--nocapture", "--test-threads=1"])
             .envs([("MALLOC_MMAP_THRESHOLD_", "65536"), ("MALLOC_ARENA_MAX", "1")])
@@ -428,7 +435,7 @@ mod memory {
     }
 
     #[test]
-    #[ignore = "run by memory_grows_with_what_has_come_and_not_with_what_is_announced"]
+    #[ignore = "run by memory_grows_with_received_bytes_not_with_announced_lengths"]
     fn peak() {
         let bodies = bodies();
         let hostile = hostile(&bodies);
@@ -458,7 +465,7 @@ mod memory {
         assert!(seen >= 32 << 20, "what is taken must be seen, but only {seen} bytes were");
     }
 
-    /// Bodies of 1 KiB with a huge length at every place in them.
+    /// Bodies of 1 KiB with a huge length at every position.
     fn hostile(bodies: &[(u16, Vec<u8>)]) -> Vec<(u16, Vec<u8>)> {
         let mut hostile = Vec::new();
         for (kind, body) in bodies {
@@ -473,7 +480,7 @@ mod memory {
         hostile
     }
 
-    /// The most that this process ever had from the system, in bytes.
+    /// The peak of this process's virtual memory in bytes.
     fn peak_of_memory() -> usize {
         let status = std::fs::read_to_string("/proc/self/status").expect("Linux has it");
         let line = status.lines().find_map(|line| line.strip_prefix("VmPeak:")).expect("it has this line");

@@ -1,17 +1,20 @@
-//! The contract of the mirror: after a diff that was applied it equals the original, and it knows when it does not.
+//! The contract of the mirror: after a diff was applied it equals the original, and it detects when it does not.
 //!
-//! In: random skeletons, one after the other; diffs and snapshots that this test makes of them by SPEC.md alone. Out: whether the mirror holds what the original does, and whether
-//! messages from elsewhere are refused by name. Invariants: positions and labels are compared bit by bit; the checksum is the one of SPEC.md, computed from scratch. Must
-//! not know: how the mirror works.
+//! In: sequences of random skeletons; diffs and snapshots that this test makes of them by SPEC.md alone. Out: whether
+//! the mirror equals the original, and whether messages that do not fit give the right error.
+//!
+//! Invariants: positions, births and deaths are compared bit by bit. The checksum is computed from scratch by SPEC.md.
+//!
+//! Must not know: how the mirror works.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use hopes_protocol::{Cause, Cut, Diff, FrameInfo, Mirror, MirrorError, Simplify, Snapshot, Thing, View};
+use hopes_protocol::{Cause, Cut, Diff, ElementId, FrameInfo, Mirror, MirrorError, Simplify, Snapshot, View};
 use proptest::prelude::*;
 
 type Ends = (u64, u64);
 
-/// What a consumer should hold. Numbers are bits, so that 0.0 and -0.0 differ.
+/// The content that a consumer should have. Numbers are stored as bits, so that 0.0 and -0.0 differ.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Original {
     vertices: BTreeMap<u64, (u64, u64)>,
@@ -64,7 +67,7 @@ impl Original {
         }
     }
 
-    /// What leads from here to there.
+    /// The diff from this content to `there`.
     fn diff(&self, from: u64, there: &Self, to: u64) -> Diff {
         let added = there.vertices.iter().filter(|(id, at)| self.vertices.get(id) != Some(at));
         let removed = self.vertices.iter().filter(|(id, at)| there.vertices.get(id) != Some(at));
@@ -100,7 +103,7 @@ fn frame(number: u64) -> FrameInfo {
     }
 }
 
-// ---- random skeletons: few ids and few numbers, so that the same ones come, go, move and come back
+// ---- random skeletons: few ids and few numbers, so that elements are added, moved, removed and added again
 
 fn numbers() -> impl Strategy<Value = u64> {
     prop::sample::select(vec![0.0, -0.0, 1.0, -1.5, 5e-324, f64::MAX]).prop_map(f64::to_bits)
@@ -119,8 +122,8 @@ fn originals() -> impl Strategy<Value = Original> {
     (vertices, edges, critical).prop_map(|(vertices, edges, critical)| Original { vertices, edges, critical })
 }
 
-/// What comes next: how many frames on, and whether as a snapshot.
-fn stories() -> impl Strategy<Value = Vec<(Original, u64, bool)>> {
+/// The following contents: how many frames later, and whether each comes as a snapshot.
+fn sequences() -> impl Strategy<Value = Vec<(Original, u64, bool)>> {
     prop::collection::vec((originals(), 1_u64..4, prop::bool::weighted(0.2)), 1..12)
 }
 
@@ -131,7 +134,7 @@ fn mirror_of(original: &Original, number: u64) -> Mirror {
     mirror
 }
 
-/// Whether the mirror shows the original as of a frame.
+/// Checks that the mirror shows the original at a frame.
 fn check_equal(mirror: &Mirror, original: &Original, number: u64) -> Result<(), TestCaseError> {
     prop_assert_eq!(&Original::of(mirror), original);
     prop_assert_eq!(mirror.checksum(), original.checksum());
@@ -140,7 +143,7 @@ fn check_equal(mirror: &Mirror, original: &Original, number: u64) -> Result<(), 
     Ok(())
 }
 
-/// Whether a diff is refused for this reason, and the mirror then takes nothing but a snapshot.
+/// Checks that a diff gives this error, and that the mirror then accepts only a snapshot.
 fn check_refused(mut mirror: Mirror, diff: &Diff, error: MirrorError, right: &Diff) -> Result<(), TestCaseError> {
     prop_assert_eq!(mirror.apply_diff(diff), Err(error));
     prop_assert!(mirror.needs_snapshot());
@@ -156,9 +159,9 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
 
     #[test]
-    fn a_mirror_equals_its_original_after_each_message(story in stories()) {
+    fn a_mirror_equals_its_original_after_each_message(sequence in sequences()) {
         let (mut mirror, mut original, mut number) = (Mirror::new(), Original::default(), 0);
-        for (next, frames, is_snapshot) in story {
+        for (next, frames, is_snapshot) in sequence {
             let applied = if is_snapshot {
                 mirror.apply_snapshot(&next.snapshot(number + frames))
             } else {
@@ -171,14 +174,14 @@ proptest! {
     }
 
     #[test]
-    fn merged_diffs_lead_to_the_same(story in stories()) {
+    fn merged_diffs_give_the_same_result(sequence in sequences()) {
         let mut singly = Mirror::new();
         let mut original = Original::default();
-        for ((next, ..), number) in story.iter().zip(0..) {
+        for ((next, ..), number) in sequence.iter().zip(0..) {
             prop_assert_eq!(singly.apply_diff(&original.diff(number, next, number + 1)), Ok(()));
             original = next.clone();
         }
-        let number = story.len() as u64;
+        let number = sequence.len() as u64;
         let mut at_once = Mirror::new();
         prop_assert_eq!(at_once.apply_diff(&Original::default().diff(0, &original, number)), Ok(()));
         prop_assert_eq!(&at_once, &singly);
@@ -191,47 +194,47 @@ proptest! {
         let right = here.diff(9, &there, 12);
         let gap = MirrorError::Gap { holds: 9, from, to: 12 };
         check_refused(mirror_of(&here, 9), &Diff { from, ..right.clone() }, gap, &right)?;
-        // What was held stays in sight: nothing of the diff was applied.
+        // The content is unchanged: no part of the diff was applied.
         let mut mirror = mirror_of(&here, 9);
         prop_assert_eq!(mirror.apply_diff(&Diff { from, ..right }), Err(gap));
         prop_assert_eq!((Original::of(&mirror), mirror.number()), (here, 9));
     }
 
     #[test]
-    fn what_is_removed_must_be_there((here, there) in (originals(), originals()), id in 100_u64..200) {
+    fn removed_elements_must_exist((here, there) in (originals(), originals()), id in 100_u64..200) {
         let right = here.diff(9, &there, 10);
         let missing = |what| MirrorError::Missing { frame: 10, what };
         let mut diff = right.clone();
         diff.vertices_removed.push(id);
-        check_refused(mirror_of(&here, 9), &diff, missing(Thing::Vertex(id)), &right)?;
+        check_refused(mirror_of(&here, 9), &diff, missing(ElementId::Vertex(id)), &right)?;
         let mut diff = right.clone();
         diff.edges_removed.push((5, id));
-        check_refused(mirror_of(&here, 9), &diff, missing(Thing::Edge(5, id)), &right)?;
+        check_refused(mirror_of(&here, 9), &diff, missing(ElementId::Edge(5, id)), &right)?;
         let mut diff = right.clone();
         diff.critical_removed.push((5, id));
-        check_refused(mirror_of(&here, 9), &diff, missing(Thing::Critical(5, id)), &right)?;
+        check_refused(mirror_of(&here, 9), &diff, missing(ElementId::Critical(5, id)), &right)?;
     }
 
     #[test]
-    fn what_is_added_must_not_be_there((here, there) in (originals(), originals()), pick in any::<prop::sample::Index>()) {
+    fn added_elements_must_not_exist((here, there) in (originals(), originals()), pick in any::<prop::sample::Index>()) {
         let right = here.diff(9, &there, 10);
-        let there_already = |what| MirrorError::There { frame: 10, what };
+        let there_already = |what| MirrorError::AlreadyThere { frame: 10, what };
         if !there.vertices.is_empty() {
             let (&id, &(x, y)) = there.vertices.iter().nth(pick.index(there.vertices.len())).expect("it is there");
             let mut diff = right.clone();
             diff.vertices_added.push((id, f(x), f(y)));
-            check_refused(mirror_of(&here, 9), &diff, there_already(Thing::Vertex(id)), &right)?;
+            check_refused(mirror_of(&here, 9), &diff, there_already(ElementId::Vertex(id)), &right)?;
         }
         if !there.edges.is_empty() {
             let &(a, b) = there.edges.iter().nth(pick.index(there.edges.len())).expect("it is there");
             let mut diff = right.clone();
             diff.edges_added.push((a, b));
-            check_refused(mirror_of(&here, 9), &diff, there_already(Thing::Edge(a, b)), &right)?;
+            check_refused(mirror_of(&here, 9), &diff, there_already(ElementId::Edge(a, b)), &right)?;
         }
     }
 
     #[test]
-    fn a_diff_that_leads_elsewhere_fails_its_checksum((here, there) in (originals(), originals()), wrong in 1_u64..) {
+    fn a_diff_with_another_result_fails_its_checksum((here, there) in (originals(), originals()), wrong in 1_u64..) {
         let right = here.diff(9, &there, 10);
         let held = there.checksum();
         let sent = held.wrapping_add(wrong);
@@ -239,9 +242,9 @@ proptest! {
         check_refused(mirror_of(&here, 9), &Diff { checksum: sent, ..right.clone() }, error, &right)?;
     }
 
-    /// Whatever single thing is left out or altered: it does not go unseen.
+    /// Leaving out or changing any single element is detected.
     #[test]
-    fn a_diff_with_a_piece_missing_is_refused((here, there) in (originals(), originals()), list in 0..6_usize) {
+    fn an_incomplete_diff_is_refused((here, there) in (originals(), originals()), list in 0..6_usize) {
         let right = here.diff(9, &there, 10);
         let mut diff = right.clone();
         let left_out = match list {
@@ -258,7 +261,7 @@ proptest! {
         prop_assert_eq!(mirror.needs_snapshot(), left_out);
     }
 
-    /// A consumer that holds something else than the diff starts from, though of the same number.
+    /// A consumer has a frame with the right number, but with other content.
     #[test]
     fn a_diff_of_another_original_is_refused((here, elsewhere, there) in (originals(), originals(), originals())) {
         prop_assume!(here != elsewhere);
@@ -286,15 +289,16 @@ proptest! {
     fn a_snapshot_that_lists_something_twice_is_refused(there in originals()) {
         prop_assume!(!there.vertices.is_empty() && !there.edges.is_empty() && !there.critical.is_empty());
         let good = there.snapshot(10);
-        let there_already = |what| Err(MirrorError::There { frame: 10, what });
+        let there_already = |what| Err(MirrorError::AlreadyThere { frame: 10, what });
         let mut twice = good.clone();
         twice.vertices.push(good.vertices[0]);
-        prop_assert_eq!(Mirror::new().apply_snapshot(&twice), there_already(Thing::Vertex(good.vertices[0].0)));
+        prop_assert_eq!(Mirror::new().apply_snapshot(&twice), there_already(ElementId::Vertex(good.vertices[0].0)));
         let mut twice = good.clone();
         twice.edges.push(good.edges[0]);
         let (a, b) = good.edges[0];
-        prop_assert_eq!(Mirror::new().apply_snapshot(&twice), there_already(Thing::Edge(a, b)));
-        // A critical edge that is set again only has its label replaced; whoever counted both has another checksum.
+        prop_assert_eq!(Mirror::new().apply_snapshot(&twice), there_already(ElementId::Edge(a, b)));
+        // A critical edge that is set again only gets a new birth and death. A mirror that counted both would have
+        // another checksum.
         let mut twice = good.clone();
         let (a, b, birth, death) = good.critical[0];
         twice.critical.push((a, b, birth, death));
@@ -305,7 +309,7 @@ proptest! {
 }
 
 #[test]
-fn a_new_mirror_holds_nothing_and_proves_it() {
+fn a_new_mirror_is_empty_and_has_the_checksum_0() {
     let mut mirror = Mirror::new();
     assert_eq!((Original::of(&mirror), mirror.checksum(), mirror.number()), (Original::default(), 0, 0));
     assert_eq!((mirror.frame(), mirror.needs_snapshot()), (None, false));
@@ -317,7 +321,7 @@ fn a_new_mirror_holds_nothing_and_proves_it() {
     );
 }
 
-/// In a simplified view a vertex moves by being removed and added in one diff, its edges staying as they are.
+/// In a simplified view a vertex moves when one diff removes and adds it. Its edges stay.
 #[test]
 fn a_vertex_of_a_simplified_view_moves() {
     let at = |x: f64, y: f64| (x.to_bits(), y.to_bits());
@@ -333,12 +337,12 @@ fn a_vertex_of_a_simplified_view_moves() {
     assert_eq!(Original::of(&mirror), after);
     assert_eq!(
         mirror_of(&before, 5).apply_diff(&Diff { vertices_removed: vec![], ..diff }),
-        Err(MirrorError::There { frame: 6, what: Thing::Vertex(2) }),
+        Err(MirrorError::AlreadyThere { frame: 6, what: ElementId::Vertex(2) }),
         "added without having been removed"
     );
 }
 
-/// 0.0 and -0.0 are equal, but a mirror must hold what was sent.
+/// 0.0 and -0.0 are equal, but a mirror must hold the value that was sent.
 #[test]
 fn a_vertex_moves_from_zero_to_minus_zero() {
     let one = |x: f64| Original { vertices: BTreeMap::from([(1, (x.to_bits(), 0))]), ..Original::default() };
@@ -350,12 +354,18 @@ fn a_vertex_moves_from_zero_to_minus_zero() {
 }
 
 #[test]
-fn errors_say_what_is_wrong_and_what_to_do() {
+fn errors_state_the_cause_and_the_remedy() {
     let texts = [
         (MirrorError::Gap { holds: 3, from: 5, to: 6 }, "frame 6 starts from frame 5, but the mirror holds frame 3"),
-        (MirrorError::Missing { frame: 6, what: Thing::Edge(1, 2) }, "frame 6 removes edge 1-2, which is not there"),
-        (MirrorError::There { frame: 6, what: Thing::Vertex(9) }, "frame 6 adds vertex 9, which is there already"),
-        (MirrorError::Missing { frame: 6, what: Thing::Critical(1, 2) }, "frame 6 removes critical edge 1-2"),
+        (
+            MirrorError::Missing { frame: 6, what: ElementId::Edge(1, 2) },
+            "frame 6 removes edge 1-2, which is not there",
+        ),
+        (
+            MirrorError::AlreadyThere { frame: 6, what: ElementId::Vertex(9) },
+            "frame 6 adds vertex 9, which is there already",
+        ),
+        (MirrorError::Missing { frame: 6, what: ElementId::Critical(1, 2) }, "frame 6 removes critical edge 1-2"),
         (MirrorError::Checksum { frame: 6, sent: 1, held: 255 }, "frame 6 has checksum 0000000000000001"),
         (MirrorError::Lost, "the mirror has lost its place"),
     ];

@@ -1,7 +1,10 @@
-//! A second reader and writer of the protocol, which shares no line with the crate: types of its own, another codec, frames by hand.
+//! A second implementation of the protocol that shares no code with the crate: its own types, another codec, frames by
+//! hand.
 //!
-//! In: `vectors/v1` and `vectors/v2`. Out: whether both JSON to bytes and bytes to JSON come out as they stand there. Invariants: definitions follow SPEC.md; the crate's types
-//! are used for numbers that JSON has not, and only there. So a mistake in the crate that its own tests repeat shows here.
+//! In: `vectors/v1` and `vectors/v2`. Out: whether JSON to bytes and bytes to JSON both give the vectors.
+//!
+//! Invariants: definitions follow SPEC.md. The crate's types are used only for numbers that JSON does not have. So this
+//! test shows mistakes of the crate that its own tests repeat.
 
 mod samples;
 
@@ -25,13 +28,13 @@ type Varint =
 
 const VARINT: Varint = DefaultConfig::default().with_varint_encoding();
 
-/// A type that both codecs of this file know.
+/// A type that both codecs of this file support.
 trait Body: Debug + Serialize + DeserializeOwned {
     fn to_bytes(&self) -> Vec<u8>;
     fn from_bytes(bytes: &[u8]) -> Result<Self, String>;
 }
 
-/// Defines types of the wire.
+/// Defines wire types.
 macro_rules! wire {
     ($($definition:item)*) => {
         $(
@@ -41,7 +44,7 @@ macro_rules! wire {
     };
 }
 
-/// Which type of message has which body.
+/// Maps types of messages to bodies.
 macro_rules! bodies {
     ($($name:ident $number:literal $body:ident,)*) => {
         $(
@@ -58,7 +61,7 @@ macro_rules! bodies {
 
         const NUMBERS: &[(u16, &str)] = &[$(($number, stringify!($name)),)*];
 
-        /// Names the message, reads its body, and writes the JSON that it makes.
+        /// Reads a body and writes the JSON of its message.
         fn to_json(number: u16, channel: u32, body: &[u8]) -> Result<String, String> {
             match number {
                 $($number => json_of::<$body>(stringify!($name), number, channel, body),)*
@@ -66,7 +69,7 @@ macro_rules! bodies {
             }
         }
 
-        /// Reads the JSON of a message, and writes the bytes of its body.
+        /// Reads the JSON of a message and writes the bytes of its body.
         fn to_bytes(name: &str, text: &str) -> Vec<u8> {
             match name {
                 $(stringify!($name) => bytes_of::<$body>(text),)*
@@ -124,7 +127,7 @@ bodies! {
     Elapsed 0x0F01 Elapsed,
 }
 
-// ---- types that several messages share
+// ---- types shared by messages
 
 type Vertex = (u64, f64, f64);
 type Edge = (u64, u64);
@@ -512,7 +515,7 @@ wire! {
 
 // ---- frames by hand
 
-/// Type, channel and body of a whole frame of a version.
+/// Type, channel and body of a whole frame.
 fn parts(version: u16, bytes: &[u8]) -> (u16, u32, &[u8]) {
     let short = |at: usize| u16::from_le_bytes(bytes[at..at + 2].try_into().expect("two bytes"));
     let long = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
@@ -573,7 +576,7 @@ fn the_second_codec_writes_every_vector() {
     }
 }
 
-/// Of every vector of a body that cannot be read but those of unknown types, which have no reader here either.
+/// All vectors of bodies that cannot be read, except those of unknown types, which have no reader here.
 #[test]
 fn the_second_codec_refuses_the_same_bodies() {
     for (version, at_least) in VERSIONS.into_iter().zip([30, 20]) {
@@ -592,9 +595,9 @@ fn the_second_codec_refuses_the_same_bodies() {
     }
 }
 
-/// JSON has no such numbers, but a producer may send them.
+/// JSON does not have such numbers, but a producer may send them.
 #[test]
-fn both_codecs_carry_numbers_that_are_none() {
+fn both_codecs_carry_nan_and_infinities() {
     let odd = [f64::NAN, f64::from_bits(0x7FF0_0000_0000_0001), -f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
     let bits = odd.map(f64::to_bits);
     let points: Vec<(f64, f64)> = odd.iter().map(|&x| (x, -x)).collect();
@@ -609,7 +612,7 @@ fn both_codecs_carry_numbers_that_are_none() {
     }
 }
 
-/// Too large for a vector each: lists and texts whose lengths take five bytes.
+/// Lists and texts whose lengths take five bytes. They are too large for vectors.
 #[test]
 fn both_codecs_write_long_lists_alike() {
     for length in [250, 251, 65_535, 65_536, 70_000] {
@@ -627,9 +630,9 @@ fn both_codecs_write_long_lists_alike() {
     }
 }
 
-/// Writers write the shortest form; readers take the others as well, so that both codecs agree on what is there.
+/// Writers write the shortest form of a number. Readers accept the longer forms too, and both codecs agree on them.
 #[test]
-fn both_codecs_read_numbers_that_are_longer_than_need_be() {
+fn both_codecs_read_numbers_in_longer_forms() {
     for body in [long(7), vec![252, 7, 0, 0, 0], vec![251, 7, 0], vec![7]] {
         assert_eq!(Message::decode(1, 0x0003, &body), Ok(hopes_protocol::Ping { token: 7 }.into()));
         assert_eq!(Ping::from_bytes(&body).expect("it is read").token, 7);
@@ -637,6 +640,6 @@ fn both_codecs_read_numbers_that_are_longer_than_need_be() {
 }
 
 #[test]
-fn the_header_is_as_long_as_by_hand() {
+fn the_header_has_the_length_of_the_hand_written_one() {
     assert_eq!(whole(2, 1, 2, &[]).len(), HEADER + 4);
 }

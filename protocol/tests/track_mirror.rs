@@ -1,7 +1,12 @@
-//! The contract of the mirror of tracks: told by events alone it knows the same tracks as told by lists, and it knows when it has missed something.
+//! The contract of the track mirror: it holds the same tracks from events alone as from lists, and it detects missing
+//! messages.
 //!
-//! In: random histories of tracks, and messages that this test makes of them by SPEC.md alone. Out: whether the mirror holds what the history says, and whether messages that do not
-//! fit are refused by name. Invariants: a history keeps the rules of SPEC.md, section 9. Must not know: how the mirror works.
+//! In: random histories of tracks, and messages that this test makes of them by SPEC.md alone. Out: whether the mirror
+//! equals the history, and whether messages that do not fit give the right error.
+//!
+//! Invariants: a history keeps the rules of SPEC.md, section 9.
+//!
+//! Must not know: how the mirror works.
 
 use std::collections::BTreeMap;
 
@@ -17,18 +22,18 @@ type Walks = Vec<Vec<u64>>;
 #[derive(Clone, Debug, Default)]
 struct Step {
     events: Vec<TrackEvent>,
-    /// As they are in this frame.
+    /// The living tracks in this frame.
     alive: BTreeMap<u64, Track>,
-    /// As they were last told of by an event.
-    told: BTreeMap<u64, Track>,
+    /// The living tracks as their last events reported them.
+    reported: BTreeMap<u64, Track>,
     cycles: BTreeMap<u64, Walks>,
 }
 
-/// All frames from 1 on, after one of nothing.
+/// An empty frame 0, and all frames from 1 on.
 type History = Vec<Step>;
 
-/// What random numbers make happen in a frame: what, to whom, and what else is touched.
-type Deed = (u8, Index, Index);
+/// Random numbers that choose an event: its kind, its track and its other track.
+type RandomEvent = (u8, Index, Index);
 
 fn track(id: u64) -> Track {
     let center = (id as f64, -0.5);
@@ -40,22 +45,22 @@ fn time(frame: u64) -> Option<f64> {
     (!frame.is_multiple_of(3)).then_some(frame as f64 / 2.0)
 }
 
-/// Goes on for a frame.
-fn next(before: &Step, frame: u64, next_id: &mut u64, deeds: &[Deed]) -> Step {
+/// The next frame of a history.
+fn next(before: &Step, frame: u64, next_id: &mut u64, events_of_frame: &[RandomEvent]) -> Step {
     let mut step = Step { events: Vec::new(), ..before.clone() };
-    // Who changes without a word: what moves less than asked for, and everybody's age.
+    // Changes below the reporting threshold, and the age, give no event.
     for track in step.alive.values_mut() {
         track.age += 1;
         track.area += 0.25;
     }
-    for (what, whom, other) in deeds {
+    for (what, subject, other) in events_of_frame {
         let mut living: Vec<u64> = before.alive.keys().copied().collect();
-        // A track that something has happened to, or that goes on because another one needs it, has had its share of this frame.
+        // A track has at most one event in a frame, and none if another track's event refers to it.
         let is_taken = |id: &u64| step.events.iter().any(|event| involves(event, *id));
         living.retain(|id| !is_taken(id));
         let pick = |index: &Index| (!living.is_empty()).then(|| living[index.index(living.len())]);
-        let other = pick(other).filter(|other| Some(*other) != pick(whom));
-        let happening = match (what % 8, pick(whom), other) {
+        let other = pick(other).filter(|other| Some(*other) != pick(subject));
+        let happening = match (what % 8, pick(subject), other) {
             (0 | 1, _, _) => Happening::Born,
             (2, _, Some(from)) => Happening::Split(from),
             (3, Some(_), _) => Happening::Died,
@@ -67,9 +72,9 @@ fn next(before: &Step, frame: u64, next_id: &mut u64, deeds: &[Deed]) -> Step {
         };
         let id = match happening {
             Happening::Born | Happening::Split(_) => std::mem::replace(next_id, *next_id + 1),
-            _ => pick(whom).expect("there is one"),
+            _ => pick(subject).expect("there is one"),
         };
-        happen(&mut step, frame, id, happening);
+        apply_event(&mut step, frame, id, happening);
     }
     step.events.sort_by_key(|event| event.track.id);
     step
@@ -80,7 +85,7 @@ fn involves(event: &TrackEvent, id: u64) -> bool {
     event.track.id == id || other
 }
 
-fn happen(step: &mut Step, frame: u64, id: u64, happening: Happening) {
+fn apply_event(step: &mut Step, frame: u64, id: u64, happening: Happening) {
     let mut now = step.alive.get(&id).copied().unwrap_or_else(|| track(id));
     match happening {
         Happening::Unselected => now.selected = false,
@@ -91,31 +96,31 @@ fn happen(step: &mut Step, frame: u64, id: u64, happening: Happening) {
     step.events.push(TrackEvent { frame, time: time(frame), happening, track: now });
     if matches!(happening, Happening::Died | Happening::Merged(_)) {
         step.alive.remove(&id);
-        step.told.remove(&id);
+        step.reported.remove(&id);
         step.cycles.remove(&id);
         return;
     }
     step.alive.insert(id, now);
-    step.told.insert(id, now);
-    // Cycles change with birth, or with what is told of, as if at random.
+    step.reported.insert(id, now);
+    // Cycles change with some events only, in a pattern that has no meaning.
     if !matches!(happening, Happening::Unselected | Happening::Reselected) {
         step.cycles.insert(id, vec![vec![id, frame, 7], vec![frame]]);
     }
 }
 
 fn histories() -> impl Strategy<Value = History> {
-    let deeds = prop::collection::vec((any::<u8>(), any::<Index>(), any::<Index>()), 0..5);
-    prop::collection::vec(deeds, 1..24).prop_map(|frames| {
+    let events_of_frame = prop::collection::vec((any::<u8>(), any::<Index>(), any::<Index>()), 0..5);
+    prop::collection::vec(events_of_frame, 1..24).prop_map(|frames| {
         let (mut history, mut next_id) = (vec![Step::default()], 1);
-        for (frame, deeds) in (1..).zip(&frames) {
-            let step = next(&history[frame as usize - 1], frame, &mut next_id, deeds);
+        for (frame, events_of_frame) in (1..).zip(&frames) {
+            let step = next(&history[frame as usize - 1], frame, &mut next_id, events_of_frame);
             history.push(step);
         }
         history
     })
 }
 
-/// What a daemon sends of a history to somebody who was told of one frame last, and wants so much.
+/// The message to a consumer whose last message was of frame `from`.
 fn message(history: &History, from: u64, frame: u64, wanted: TracksWanted) -> Tracks {
     let (before, now) = (&history[from as usize], &history[frame as usize]);
     let since = |frame: &u64| history[*frame as usize].events.clone();
@@ -134,7 +139,8 @@ fn message(history: &History, from: u64, frame: u64, wanted: TracksWanted) -> Tr
     }
 }
 
-/// The frames that a consumer is sent: so many on from the one before, the last one among them.
+/// The pairs of frames between which messages are sent. Strides say how many frames lie between; the last frame is
+/// always sent.
 fn visits(history: &History, strides: &[u64]) -> Vec<(u64, u64)> {
     let last = history.len() as u64 - 1;
     let mut visits: Vec<(u64, u64)> = Vec::new();
@@ -154,14 +160,14 @@ fn strides() -> impl Strategy<Value = Vec<u64>> {
     prop::collection::vec(1_u64..5, 1..8)
 }
 
-/// A mirror that was told of a frame anew.
+/// A mirror after a message that starts from 0.
 fn mirror_of(history: &History, frame: u64) -> TrackMirror {
     let mut mirror = TrackMirror::new();
     mirror.apply(&message(history, 0, frame, TracksWanted::Cycles)).expect("a start can always be taken");
     mirror
 }
 
-/// Whether a message is refused for this reason, and the mirror then takes nothing but a new start.
+/// Checks that a message gives this error, and that the mirror then accepts only a message that starts from 0.
 fn check_refused(history: &History, from: u64, wrong: &Tracks, error: TrackMirrorError) -> Result<(), TestCaseError> {
     let mut mirror = mirror_of(history, from);
     let right = message(history, from, wrong.frame, TracksWanted::Cycles);
@@ -176,7 +182,7 @@ fn check_refused(history: &History, from: u64, wrong: &Tracks, error: TrackMirro
     Ok(())
 }
 
-/// The last frame but one and the last of a history in which somebody is alive before, or none.
+/// The last two frames of a history, if a track is alive in the first of them.
 fn last_two(history: &History) -> Option<(u64, u64)> {
     let last = history.len() as u64 - 1;
     (last >= 2 && !history[last as usize].alive.is_empty()).then_some((last - 1, last))
@@ -185,7 +191,7 @@ fn last_two(history: &History) -> Option<(u64, u64)> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
 
-    /// However many frames stand in one message.
+    /// The number of frames in a message does not matter.
     #[test]
     fn events_alone_lead_to_the_list_of_living_tracks(history in histories(), strides in strides()) {
         let (mut by_events, mut by_lists) = (TrackMirror::new(), TrackMirror::new());
@@ -195,7 +201,7 @@ proptest! {
             prop_assert_eq!(by_lists.alive(), &history[frame as usize].alive);
             prop_assert!(by_lists.cycles().is_empty());
             let news = message(&history, by_events.frame(), frame, TracksWanted::Events);
-            // Nothing is sent to whoever wants events alone in a frame that has none.
+            // A consumer that wants events alone gets no message for frames without events.
             if by_events.frame() == 0 || !news.events.is_empty() {
                 prop_assert_eq!(by_events.apply(&news), Ok(()));
                 prop_assert_eq!((by_events.frame(), by_events.time()), (frame, time(frame)));
@@ -206,11 +212,11 @@ proptest! {
             };
             prop_assert_eq!(known(&by_events), known(&by_lists));
             for (id, track) in by_events.alive() {
-                // Whoever was listed at the start and not told of since is held as it was then.
-                let is_told = (first + 1..=frame).any(|frame| {
+                // A track without an event since the start is held in its state at the start.
+                let is_reported = (first + 1..=frame).any(|frame| {
                     history[frame as usize].events.iter().any(|event| event.track.id == *id)
                 });
-                let expected = if is_told { &history[frame as usize].told } else { &history[first as usize].alive };
+                let expected = if is_reported { &history[frame as usize].reported } else { &history[first as usize].alive };
                 prop_assert_eq!(Some(track), expected.get(id));
             }
         }
@@ -235,14 +241,15 @@ proptest! {
         let empty = Tracks { stream: 3, from, frame: to, time: None, events: vec![], alive: None, cycles: vec![] };
         let mut mirror = mirror_of(&history, held);
         prop_assert_eq!(mirror.apply(&empty), Err(TrackMirrorError::Gap { holds: held, from, to }));
-        // What was held stays in sight: nothing of the message was applied.
+        // The content is unchanged: no part of the message was applied.
         prop_assert_eq!((mirror.alive(), mirror.frame()), (&history[held as usize].alive, held));
         prop_assert!(mirror.needs_start());
     }
 
-    /// Whatever event is left out that begins or ends a track, or moves it in or out of the selection: the list of living tracks shows it.
+    /// If any event is left out that begins or ends a track or changes its selection, then the list of living tracks
+    /// shows it.
     #[test]
-    fn an_event_that_is_left_out_does_not_go_unseen(history in histories(), strides in strides(), which in any::<Index>()) {
+    fn a_missing_event_is_detected(history in histories(), strides in strides(), which in any::<Index>()) {
         let Some(&(from, frame)) = visits(&history, &strides).last().filter(|(from, _)| *from > 0) else { return Ok(()) };
         let right = message(&history, from, frame, TracksWanted::Alive);
         prop_assume!(!right.events.is_empty());
@@ -252,7 +259,7 @@ proptest! {
         let applied = mirror.apply(&wrong);
         let id = gone.track.id;
         let matters = !matches!(gone.happening, Happening::Updated(_));
-        // Two may cancel each other: somebody who comes and goes, or goes out of the selection and comes back.
+        // Two events may cancel each other: a track begins and ends, or is unselected and reselected.
         let was = history[from as usize].alive.get(&id).map(|track| track.selected);
         let is = history[frame as usize].alive.get(&id).map(|track| track.selected);
         if matters && was != is && right.events.iter().filter(|event| involves(event, id)).count() == 1 {
@@ -262,43 +269,43 @@ proptest! {
     }
 
     #[test]
-    fn what_happens_must_happen_to_a_living_track(history in histories(), whom in any::<Index>()) {
+    fn events_must_be_of_living_tracks(history in histories(), subject in any::<Index>()) {
         let Some((from, frame)) = last_two(&history) else { return Ok(()) };
         let empty = Tracks {
             stream: 3, from, frame, time: None, events: vec![], alive: None, cycles: vec![],
         };
-        let told = |happening, id| Tracks {
+        let message_of = |happening, id| Tracks {
             events: vec![TrackEvent { frame, time: None, happening, track: track(id) }],
             ..empty.clone()
         };
-        let nobody = 1_000;
+        let unknown = 1_000;
         let not_alive = |track| TrackMirrorError::NotAlive { frame, track };
         let changes = TrackChanges { center: true, birth: false, death: false };
         for happening in [Happening::Updated(changes), Happening::Unselected, Happening::Reselected, Happening::Died] {
-            check_refused(&history, from, &told(happening, nobody), not_alive(nobody))?;
+            check_refused(&history, from, &message_of(happening, unknown), not_alive(unknown))?;
         }
-        check_refused(&history, from, &told(Happening::Merged(1), nobody), not_alive(nobody))?;
-        check_refused(&history, from, &told(Happening::Split(nobody), 1_001), not_alive(nobody))?;
-        check_refused(&history, from, &told(Happening::Split(nobody), nobody), not_alive(nobody))?;
-        let orphan = Tracks { cycles: vec![TrackCycle { id: nobody, walks: vec![] }], ..empty.clone() };
-        check_refused(&history, from, &orphan, not_alive(nobody))?;
+        check_refused(&history, from, &message_of(Happening::Merged(1), unknown), not_alive(unknown))?;
+        check_refused(&history, from, &message_of(Happening::Split(unknown), 1_001), not_alive(unknown))?;
+        check_refused(&history, from, &message_of(Happening::Split(unknown), unknown), not_alive(unknown))?;
+        let orphan = Tracks { cycles: vec![TrackCycle { id: unknown, walks: vec![] }], ..empty.clone() };
+        check_refused(&history, from, &orphan, not_alive(unknown))?;
         let living: Vec<u64> = history[from as usize].alive.keys().copied().collect();
         if !living.is_empty() {
-            let id = living[whom.index(living.len())];
+            let id = living[subject.index(living.len())];
             let alive = TrackMirrorError::Alive { frame, track: id };
-            check_refused(&history, from, &told(Happening::Born, id), alive)?;
-            check_refused(&history, from, &told(Happening::Split(id), id), alive)?;
-            check_refused(&history, from, &told(Happening::Merged(id), id), not_alive(id))?;
-            check_refused(&history, from, &told(Happening::Merged(nobody), id), not_alive(nobody))?;
+            check_refused(&history, from, &message_of(Happening::Born, id), alive)?;
+            check_refused(&history, from, &message_of(Happening::Split(id), id), alive)?;
+            check_refused(&history, from, &message_of(Happening::Merged(id), id), not_alive(id))?;
+            check_refused(&history, from, &message_of(Happening::Merged(unknown), id), not_alive(unknown))?;
         }
     }
 
     #[test]
-    fn lists_that_contradict_events_are_refused(history in histories(), whom in any::<Index>()) {
+    fn lists_that_contradict_events_are_refused(history in histories(), subject in any::<Index>()) {
         let Some((from, frame)) = last_two(&history) else { return Ok(()) };
         let right = message(&history, from, frame, TracksWanted::Cycles);
         let listed = right.alive.clone().expect("it was wanted");
-        let place = whom.index(listed.len());
+        let place = subject.index(listed.len());
         let contradiction = |track| TrackMirrorError::Contradiction { frame, track };
         let with = |alive: Vec<Track>| Tracks { alive: Some(alive), ..right.clone() };
         let mut fewer = listed.clone();
@@ -346,7 +353,7 @@ fn started() -> TrackMirror {
 }
 
 #[test]
-fn a_new_mirror_knows_nothing_and_needs_a_start() {
+fn a_new_mirror_is_empty_and_needs_a_start() {
     let mut mirror = TrackMirror::new();
     assert_eq!((mirror.frame(), mirror.time(), mirror.needs_start()), (0, None, true));
     assert!(mirror.alive().is_empty() && mirror.cycles().is_empty());
@@ -354,7 +361,7 @@ fn a_new_mirror_knows_nothing_and_needs_a_start() {
 }
 
 #[test]
-fn a_start_is_a_list_of_living_tracks_and_nothing_else() {
+fn a_start_is_only_a_list_of_living_tracks() {
     for (wrong, error) in [
         (Tracks { alive: None, ..start() }, TrackMirrorError::NoStart { frame: 10 }),
         (Tracks { events: vec![event(10, Happening::Died, 2)], ..start() }, TrackMirrorError::NoStart { frame: 10 }),
@@ -362,11 +369,11 @@ fn a_start_is_a_list_of_living_tracks_and_nothing_else() {
     ] {
         let mut mirror = started();
         assert_eq!(mirror.apply(&wrong), Err(error));
-        assert!(mirror.needs_start() && mirror.alive().is_empty(), "what was told before means nothing");
+        assert!(mirror.needs_start() && mirror.alive().is_empty(), "a message from 0 replaces the content");
     }
 }
 
-/// A stream that has begun anew counts from 1 again.
+/// A stream that was created again counts frames from 1 again.
 #[test]
 fn a_start_may_be_of_an_earlier_frame() {
     let mut mirror = started();
@@ -376,7 +383,7 @@ fn a_start_may_be_of_an_earlier_frame() {
 }
 
 #[test]
-fn a_track_may_live_and_die_within_one_message() {
+fn a_track_may_begin_and_end_within_one_message() {
     let mut mirror = started();
     let events = vec![
         event(11, Happening::Split(5), 6),
@@ -390,7 +397,7 @@ fn a_track_may_live_and_die_within_one_message() {
 }
 
 #[test]
-fn events_stand_by_frame_and_then_by_track() {
+fn events_are_sorted_by_frame_then_by_track() {
     let updated = |frame, id| event(frame, Happening::Reselected, id);
     for (events, track) in [
         (vec![updated(12, 2), updated(11, 5)], 5),
@@ -413,7 +420,7 @@ fn events_stand_by_frame_and_then_by_track() {
 }
 
 #[test]
-fn errors_say_what_is_wrong_and_what_to_do() {
+fn errors_state_the_cause_and_the_remedy() {
     let texts = [
         (
             TrackMirrorError::Gap { holds: 3, from: 5, to: 6 },

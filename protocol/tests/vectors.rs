@@ -1,7 +1,9 @@
 //! The golden vectors: every message as bytes and as JSON, for clients in any language.
 //!
-//! In: a folder of vectors for each version, and the samples that they were made from. Out: whether bytes and JSON say the same, in both directions, and whether nothing is missing or left over. Invariants: a vector
-//! that was written is never changed.
+//! In: a folder of vectors for each version, and the samples from which they were made. Out: whether bytes and JSON
+//! agree in both directions, and whether a vector is missing or left over.
+//!
+//! Invariants: a vector never changes.
 
 mod samples;
 
@@ -20,7 +22,7 @@ fn messages() -> Vec<(u16, String)> {
     VERSIONS.into_iter().flat_map(of).filter(|(_, name)| name != "banner").collect()
 }
 
-/// What a vector's bytes say where its version was agreed on.
+/// Decodes the bytes of a vector, in the version of its folder.
 fn decoded(version: u16, name: &str) -> (u32, Message) {
     let mut decoder = Decoder::new(LARGEST_FRAME);
     decoder.set_version(version);
@@ -31,7 +33,7 @@ fn decoded(version: u16, name: &str) -> (u32, Message) {
     (frame.channel, frame.message().unwrap_or_else(|error| panic!("{name}: {error}")))
 }
 
-/// Of a side that speaks this version and all before.
+/// The banner of a side that supports all versions up to this one.
 fn banner(version: u16) -> Banner {
     Banner { lowest: 1, highest: version }
 }
@@ -50,7 +52,7 @@ fn every_vector_decodes_to_its_json() {
 }
 
 #[test]
-fn every_json_encodes_to_the_bytes_beside_it() {
+fn every_json_encodes_to_its_bytes() {
     for (version, name) in messages() {
         let (channel, message) = json::read(&files::read(&folder(version), &format!("{name}.json")));
         let bytes = encode(version, channel, &message).expect("it is short");
@@ -94,7 +96,7 @@ fn every_type_of_message_has_a_vector() {
     }
 }
 
-/// What a version takes over is the same in both: only the frame's version, and so the header's CRC, differ.
+/// A message of version 1 has the same body in version 2. Only the frame's version and the header's CRC differ.
 #[test]
 fn a_message_of_version_1_has_the_same_body_in_version_2() {
     let older: Vec<String> = files::vectors(&folder(1)).into_iter().filter(|name| name != "banner").collect();
@@ -108,9 +110,9 @@ fn a_message_of_version_1_has_the_same_body_in_version_2() {
     assert!(older.len() > 70 && messages().iter().any(taken_over), "one of them has a vector");
 }
 
-/// Debug forms name the field too, and so tell the `All` of a window from that of the dots.
+/// Debug output includes the field's name, so the `All` of a window differs from the `All` of dots.
 #[test]
-fn every_case_of_every_choice_has_a_vector() {
+fn every_case_of_every_enum_has_a_vector() {
     let found: String = messages().iter().map(|(version, name)| format!("{:?}\n", decoded(*version, name).1)).collect();
     let cases = [
         "window: All, window: Points( window: Frames( window: Time( window: None",
@@ -130,7 +132,7 @@ fn every_case_of_every_choice_has_a_vector() {
 }
 
 #[test]
-fn every_list_has_an_empty_and_another_vector() {
+fn every_list_has_an_empty_and_a_filled_vector() {
     let (mut empty, mut other) = (BTreeSet::new(), BTreeSet::new());
     for sample in samples::all() {
         for (path, value) in leaves(&sample) {
@@ -140,13 +142,13 @@ fn every_list_has_an_empty_and_another_vector() {
             }
         }
     }
-    // These are pairs, no lists.
+    // These are pairs, not lists.
     other.retain(|(_, path)| ![".edge", ".center", ".velocity", ".Derived"].iter().any(|pair| path.ends_with(pair)));
     assert_eq!(empty, other);
     assert_eq!(empty.len(), 27, "{empty:?}");
 }
 
-/// Two fields that were equal in all vectors of their message could be exchanged, and nobody would see it.
+/// If two fields were equal in all vectors of a message, an exchange of them would not be detected.
 #[test]
 fn any_two_fields_of_a_message_differ_in_a_vector() {
     let mut never_differed = BTreeMap::new();
@@ -164,7 +166,7 @@ fn any_two_fields_of_a_message_differ_in_a_vector() {
     assert!(exchangeable.is_empty(), "{exchangeable:?}");
 }
 
-/// The fields of a body with their paths, those of the first element of a list too.
+/// The fields of a body with their paths, including those of the first element of each list.
 fn leaves(sample: &samples::Sample) -> Vec<(String, Value)> {
     let entry: json::Entry<Value> =
         serde_json::from_str(&json::of(sample.channel, &sample.message)).expect("it was just written");
@@ -182,7 +184,7 @@ fn collect(path: String, value: Value, into: &mut Vec<(String, Value)>) {
         }
         Value::Array(mut list) => {
             into.push((path.clone(), Value::Array(list.clone())));
-            // Cycles are lists of lists; all other elements that are arrays are pairs and the like.
+            // Cycles are lists of lists. All other elements that are arrays are pairs or the like.
             if list.first().is_some_and(|first| first.is_object() || path.ends_with(".walks")) {
                 collect(format!("{path}[]"), list.swap_remove(0), into);
             }
@@ -200,7 +202,7 @@ fn every_file_belongs_to_a_sample() {
     }
 }
 
-/// The two files of each name; no name may be there twice.
+/// The names of vectors. Each has two files, and no name occurs twice.
 fn both<'a>(names: impl Iterator<Item = &'a str>) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for name in names {
@@ -212,7 +214,7 @@ fn both<'a>(names: impl Iterator<Item = &'a str>) -> BTreeSet<String> {
 }
 
 #[test]
-fn the_vectors_of_a_story_lead_from_one_to_the_next() {
+fn the_diffs_of_a_sequence_apply_one_after_the_other() {
     for story in [&["snapshot", "diff", "diff_onwards"][..], &["diff_from_nothing", "diff_merged"]] {
         let mut mirror = Mirror::new();
         for name in story {
@@ -227,18 +229,18 @@ fn the_vectors_of_a_story_lead_from_one_to_the_next() {
 }
 
 #[test]
-fn the_vectors_of_a_story_of_tracks_lead_from_one_to_the_next() {
+fn the_track_messages_of_a_sequence_apply_one_after_the_other() {
     for story in [&["tracks_start", "tracks", "tracks_merged"][..], &["tracks_start_events", "tracks_events"]] {
         let mut mirror = TrackMirror::new();
         for name in story {
-            let Message::Tracks(tracks) = decoded(2, name).1 else { panic!("{name} tells of no tracks") };
+            let Message::Tracks(tracks) = decoded(2, name).1 else { panic!("{name} has no tracks") };
             assert_eq!(mirror.apply(&tracks), Ok(()), "{name}");
             assert_eq!(mirror.frame(), tracks.frame, "{name}");
         }
     }
 }
 
-/// What a reader says of bytes, in the words of the vectors.
+/// The class of error of a reader, as the vectors write it.
 fn class(version: u16, bytes: &[u8]) -> &'static str {
     let mut decoder = Decoder::new(LARGEST_FRAME);
     decoder.set_version(version);
@@ -256,9 +258,9 @@ fn class(version: u16, bytes: &[u8]) -> &'static str {
 }
 
 #[test]
-fn bad_vectors_are_refused_as_they_say() {
+fn bad_vectors_give_their_class_of_error() {
     let all = [bad::MALFORMED, bad::VERSION, bad::TOO_LARGE, bad::INCOMPLETE, bad::BODY];
-    // Later versions have what is new in them: all else is wrong in the same way.
+    // Later versions have bad vectors only for what is new in them: everything else is wrong in the same way.
     for (version, classes) in VERSIONS.into_iter().zip([&all[..], &[bad::VERSION, bad::BODY]]) {
         let folder = bad_folder(version);
         let mut found = BTreeSet::new();
@@ -274,7 +276,7 @@ fn bad_vectors_are_refused_as_they_say() {
 }
 
 #[test]
-fn bad_samples_are_their_vectors() {
+fn bad_samples_equal_their_vectors() {
     for (folder, all) in VERSIONS.map(|version| (bad_folder(version), bad::of(version))) {
         for bad in all {
             assert_eq!(files::hex(&bad.bytes), files::read(&folder, &format!("{}.hex", bad.name)), "{}", bad.name);
@@ -295,7 +297,7 @@ fn a_vector_is_never_overwritten() {
     assert!(refused.contains("never changed"), "{refused}");
 }
 
-/// Writes the vectors of new samples; those that are there must be what they were.
+/// Writes the vectors of new samples. Existing ones must not change.
 #[test]
 #[ignore = "writes into the source tree: cargo test -p hopes-protocol --test vectors -- --ignored write_vectors"]
 fn write_vectors() {

@@ -1,20 +1,26 @@
-//! A Gaussian blur, as OpenCV's `GaussianBlur(image, (0, 0), sigma)` has it for 8 bits a pixel.
+//! A Gaussian blur with the result of OpenCV's `GaussianBlur(image, (0, 0), sigma)` for 8 bits a pixel.
 //!
-//! In: an image and a standard deviation. Out: an image of the same size. Invariants: as OpenCV, to the bit: weights
-//! are whole 256ths, what is lost by rounding one is given to the next, and the middle one gets the rest, so they add
-//! up to 256; what lies outside of an image is its mirror image; nothing is rounded before the end. Must not know: what
-//! the image is for.
+//! In: an image and a standard deviation. Out: an image of the same size.
+//!
+//! Invariants: the result equals OpenCV's bit for bit. Weights are whole 256ths. The rounding error of a weight is
+//! added to the next one, and the middle weight gets the rest, so the weights add up to 256. The image is mirrored at
+//! its borders. Only the final sum is rounded.
+//!
+//! Why ours: the blurs of `imageproc` and other crates work in floating point and round differently, so their edges
+//! would not be OpenCV's.
+//!
+//! Must not know: what the image is for.
 
 use super::View;
 
-/// Blurs, and keeps the memory for it.
+/// A blur of a fixed width. It keeps its buffers from image to image.
 #[derive(Clone, Debug)]
 pub struct Blur {
-    /// Odd in number; they add up to 256.
+    /// An odd number of weights, which add up to 256.
     weights: Vec<u16>,
-    /// A row and its mirror images at both ends.
+    /// A row, extended by its mirror image at both ends.
     row: Vec<u8>,
-    /// The image, blurred along rows: 256 times as light.
+    /// The image, blurred along rows. Values are multiplied by 256.
     across: Vec<u16>,
     /// A row of sums.
     sums: Vec<u32>,
@@ -22,12 +28,12 @@ pub struct Blur {
 }
 
 impl Blur {
-    /// The standard deviation is above 0, and bounded.
+    /// `sigma` is above 0 and at most [`MOST_SIGMA`](super::MOST_SIGMA).
     pub fn new(sigma: f64) -> Self {
         Self { weights: weights(sigma), row: Vec::new(), across: Vec::new(), sums: Vec::new(), pixels: Vec::new() }
     }
 
-    /// An image, blurred.
+    /// The blurred image.
     pub fn blurred(&mut self, image: View<'_>) -> View<'_> {
         let (width, height) = (image.width(), image.height());
         self.across.clear();
@@ -42,15 +48,15 @@ impl Blur {
         }
         self.pixels.clear();
         for y in 0..height {
-            self.mix(y, width, height);
+            self.blur_column_sums(y, width, height);
         }
-        View::new(&self.pixels, width as u32, height as u32).expect("it is as large as the image that was given")
+        View::new(&self.pixels, width as u32, height as u32).expect("the blurred image has the size of a valid image")
     }
 
-    /// Blurs along columns: makes one more row.
-    fn mix(&mut self, y: usize, width: usize, height: usize) {
+    /// Blurs along columns: appends one row of pixels.
+    fn blur_column_sums(&mut self, y: usize, width: usize, height: usize) {
         self.sums.clear();
-        // For rounding.
+        // Half a unit, to round.
         self.sums.resize(width, 1 << 15);
         let reach = (self.weights.len() / 2) as isize;
         for (offset, &weight) in (-reach..).zip(&self.weights) {
@@ -63,14 +69,15 @@ impl Blur {
     }
 }
 
-/// The weights of pixels, from one end to the other.
+/// The weights from one end of the kernel to the other.
 fn weights(sigma: f64) -> Vec<u16> {
     let count = (sigma * 6.0 + 1.0).round_ties_even() as usize | 1;
     let half = count / 2;
-    let bell: Vec<f64> = (1..=half).rev().map(|away| (-0.5 / (sigma * sigma) * (away * away) as f64).exp()).collect();
-    let scale = 256.0 / (2.0 * bell.iter().sum::<f64>() + 1.0);
+    let gaussian: Vec<f64> =
+        (1..=half).rev().map(|away| (-0.5 / (sigma * sigma) * (away * away) as f64).exp()).collect();
+    let scale = 256.0 / (2.0 * gaussian.iter().sum::<f64>() + 1.0);
     let mut lost = 0.0;
-    let side = bell.iter().map(|height| {
+    let side = gaussian.iter().map(|height| {
         let exact = height * scale + lost;
         let whole = exact.round_ties_even();
         lost = exact - whole;
@@ -81,7 +88,7 @@ fn weights(sigma: f64) -> Vec<u16> {
     side.iter().chain([&middle]).chain(side.iter().rev()).copied().collect()
 }
 
-/// A row with so many pixels of its mirror image at either end.
+/// Extends a row by `reach` pixels of its mirror image at either end.
 fn extend(row: &[u8], reach: usize, extended: &mut Vec<u8>) {
     extended.clear();
     let reach = reach as isize;
@@ -91,7 +98,7 @@ fn extend(row: &[u8], reach: usize, extended: &mut Vec<u8>) {
     extended.extend((length..length + reach).map(|at| row[mirrored(at, row.len())]));
 }
 
-/// Which of so many it is, if both ends are mirrors.
+/// Maps a position outside of a row to the position whose pixel is mirrored there.
 fn mirrored(at: isize, length: usize) -> usize {
     let last = length as isize - 1;
     if last == 0 {
@@ -108,8 +115,8 @@ mod tests {
     use super::*;
     use crate::edges::reference;
 
-    /// 256 times what `cv2.getGaussianKernel` gives, but rounded as `cv2.GaussianBlur` does; `tests/edges.rs` compares
-    /// whole images.
+    /// These are 256 times the values of `cv2.getGaussianKernel`, rounded as in `cv2.GaussianBlur`. `tests/edges.rs`
+    /// compares whole images.
     #[test]
     fn weights_are_those_of_opencv() {
         assert_eq!(weights(0.05), [256]);
@@ -129,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn one_colour_stays_as_it_is() {
+    fn an_image_of_one_colour_does_not_change() {
         for colour in [0, 1, 254, 255] {
             let image = [colour; 35];
             let mut blur = Blur::new(3.3);

@@ -1,49 +1,55 @@
-//! Canny's edges: where the gradient is largest across an edge, and strong enough along it.
+//! Canny's edge detector.
 //!
-//! In: an image. Out: its edge pixels. Two steps: *thinning* marks each pixel whose gradient is above the low threshold
-//! and not smaller than that of its two neighbours in its direction; *following* keeps those that hang together, also
-//! over a corner, with one whose gradient is above the high threshold. No library has OpenCV's definition in pure Rust:
-//! `imageproc` blurs, takes the L2 norm and rounds directions in floating point.
+//! In: an image. Out: its edge pixels.
 //!
-//! Invariants: as OpenCV, to the bit: which neighbour may be equal, where directions are cut, that gradients outside of
-//! the image are 0, and that thresholds are rounded down. Must not know: where images come from.
+//! There are two steps. *Thinning* marks each pixel whose gradient is above the low threshold and not smaller than the
+//! gradients of its two neighbours in the gradient's direction. *Following* keeps the marked pixels that are connected,
+//! also diagonally, to one whose gradient is above the high threshold.
+//!
+//! Why ours: no pure Rust library has OpenCV's definition. `imageproc` always blurs, takes the L2 norm and rounds
+//! directions in floating point.
+//!
+//! Invariants: the result equals OpenCV's bit for bit. That fixes which neighbour may be equal, where directions are
+//! divided, that gradients outside of the image are 0, and that thresholds are rounded down.
+//!
+//! Must not know: where images come from.
 
 use super::View;
 use super::sobel::Line;
 
 /// No edge.
 const NOTHING: u8 = 0;
-/// An edge, if it hangs together with a strong one.
+/// An edge if it is connected to a strong pixel.
 const WEAK: u8 = 1;
 /// An edge.
 const STRONG: u8 = 2;
 
-/// Pixels that are thinned together, or passed over together where none is above the low threshold.
+/// The number of pixels that are thinned together. A run without a gradient above the low threshold is skipped.
 const RUN: usize = 64;
 
-/// The tangent of 22.5 degrees, by which OpenCV cuts directions, as 16 bits after the point. (There it is 13573 with 15
-/// of them, which is the same number.)
+/// The tangent of 22.5 degrees, at which OpenCV divides directions, with 16 fractional bits. OpenCV has 13573 with 15
+/// fractional bits, which is the same number.
 const TANGENT: i32 = 2 * 13_573;
 
-/// No gradient is larger.
+/// The largest possible gradient.
 const LARGEST: f64 = 2040.0;
 
-/// Finds edges, and keeps the memory for it.
+/// A detector with fixed thresholds. It keeps its buffers from image to image.
 #[derive(Clone, Debug)]
 pub struct Canny {
     low: i16,
     high: i16,
-    /// The row that comes, the one that is thinned, and the one before.
+    /// The gradients of three rows: the next one, the one that is thinned, and the previous one.
     lines: [Line; 3],
-    /// Of each pixel, in a frame of [`NOTHING`] that is one pixel wide.
+    /// The mark of each pixel, with a border of [`NOTHING`] that is one pixel wide.
     marks: Vec<u8>,
-    /// Strong pixels whose neighbours are still to be looked at, by their place among the marks.
+    /// Indices in `marks` of strong pixels whose neighbours are not checked yet.
     found: Vec<u32>,
     edges: Vec<[u32; 2]>,
 }
 
 impl Canny {
-    /// Thresholds are not negative.
+    /// Thresholds are at least 0. They may come in any order.
     pub fn new(low: f64, high: f64) -> Self {
         let whole = |threshold: f64| threshold.floor().clamp(0.0, LARGEST) as i16;
         Self {
@@ -79,27 +85,27 @@ impl Canny {
         &self.edges
     }
 
-    /// Marks the edges of a row, and notes the strong ones.
+    /// Marks the edge pixels of a row, and stores the strong ones in `found`.
     fn thin(&mut self, y: usize, width: usize) {
         let [below, here, above] = &self.lines;
         let first = (y + 1) * (width + 2) + 1;
         let marks = &mut self.marks[first..first + width];
         for start in (0..width).step_by(RUN) {
             let run = start..(start + RUN).min(width);
-            // Most of most images is flat.
+            // Most parts of most images are flat.
             let largest = here.size[run.start + 1..run.end + 1].iter().fold(0, |largest, &size| size.max(largest));
             if largest <= self.low {
                 continue;
             }
             let marks = &mut marks[run.clone()];
-            mark(Around::new(above, here, below, run), self.low, self.high, marks);
+            mark(Neighbourhood::new(above, here, below, run), self.low, self.high, marks);
             if largest > self.high {
-                each(marks, STRONG, |at| self.found.push((first + start + at) as u32));
+                each_mark(marks, STRONG, |at| self.found.push((first + start + at) as u32));
             }
         }
     }
 
-    /// Makes all that hangs together with a strong pixel strong.
+    /// Makes every weak pixel that is connected to a strong one strong.
     fn follow(&mut self, stride: usize) {
         while let Some(at) = self.found.pop() {
             for row in [at as usize - stride, at as usize, at as usize + stride] {
@@ -117,39 +123,39 @@ impl Canny {
         self.edges.clear();
         for y in 0..height {
             let first = (y + 1) * (width + 2) + 1;
-            each(&self.marks[first..first + width], STRONG, |x| self.edges.push([x as u32, y as u32]));
+            each_mark(&self.marks[first..first + width], STRONG, |x| self.edges.push([x as u32, y as u32]));
         }
     }
 }
 
 /// The gradients of a run of pixels and those around them.
-struct Around<'a> {
+struct Neighbourhood<'a> {
     dx: &'a [i16],
     dy: &'a [i16],
-    /// Sizes of the row above, this one, and the one below; each from the pixel before the run to the one after.
+    /// Gradient sizes of the row above, this row and the row below. Each has one more pixel at either end.
     sizes: [&'a [i16]; 3],
 }
 
-impl<'a> Around<'a> {
+impl<'a> Neighbourhood<'a> {
     fn new(above: &'a Line, here: &'a Line, below: &'a Line, run: std::ops::Range<usize>) -> Self {
         let sizes = [above, here, below].map(|line| &line.size[run.start..run.end + 2]);
         Self { dx: &here.dx[run.clone()], dy: &here.dy[run], sizes }
     }
 }
 
-/// Marks a run of pixels. All is done for each of them, without a branch, so that several are done at once.
-fn mark(around: Around<'_>, low: i16, high: i16, marks: &mut [u8]) {
+/// Marks a run of pixels. There is no branch on a pixel, so the compiler can vectorise the loop.
+fn mark(neighbourhood: Neighbourhood<'_>, low: i16, high: i16, marks: &mut [u8]) {
     let count = marks.len();
-    let (dx, dy) = (&around.dx[..count], &around.dy[..count]);
-    let [above, here, below] = around.sizes.map(|sizes| &sizes[..count + 2]);
+    let (dx, dy) = (&neighbourhood.dx[..count], &neighbourhood.dy[..count]);
+    let [above, here, below] = neighbourhood.sizes.map(|sizes| &sizes[..count + 2]);
     for at in 0..count {
         let size = here[at + 1];
         let (x, y) = (dx[at].abs(), dy[at].abs());
-        // Below 22.5 degrees: y < x tan 22.5. The right side is never whole (13573 is odd), but where x is 0, and there
-        // either y is not or nothing is marked.
+        // Below 22.5 degrees: y < x tan 22.5. The right side is never a whole number (13573 is odd) unless x is 0. Then
+        // either y is not 0 or the pixel is not marked.
         let flat = ((i32::from(x) * TANGENT) >> 16) as i16;
         let is_flat = y <= flat;
-        // Above 67.5 degrees, whose tangent is that of 22.5 degrees and 2.
+        // Above 67.5 degrees, whose tangent is 2 plus the tangent of 22.5 degrees.
         let is_steep = y > flat + 2 * x;
         let is_falling = (dx[at] ^ dy[at]) < 0;
         let across = (size > here[at]) & (size >= here[at + 2]);
@@ -163,10 +169,10 @@ fn mark(around: Around<'_>, low: i16, high: i16, marks: &mut [u8]) {
     }
 }
 
-/// Calls for each place of a mark.
-fn each(marks: &[u8], wanted: u8, mut found: impl FnMut(usize)) {
+/// Calls `found` with the index of each mark that equals `wanted`.
+fn each_mark(marks: &[u8], wanted: u8, mut found: impl FnMut(usize)) {
     for (number, run) in marks.chunks(RUN).enumerate() {
-        // Without an early end, so that several are looked at at once.
+        // There is no early exit, so the compiler can vectorise the loop.
         if run.iter().fold(false, |is_there, &mark| is_there | (mark == wanted)) {
             let places = run.iter().enumerate().filter(|&(_, &mark)| mark == wanted);
             places.for_each(|(at, _)| found(number * RUN + at));
@@ -186,7 +192,7 @@ mod tests {
         Canny::new(low, high).edges(View::new(pixels, width, height).unwrap()).to_vec()
     }
 
-    /// Light pixels are written as #.
+    /// Light pixels are written as `#`.
     fn drawing(rows: &[&str]) -> (Vec<u8>, u32) {
         let pixels = rows.concat().bytes().map(|byte| if byte == b'#' { 200 } else { 0 }).collect();
         (pixels, rows[0].len() as u32)
@@ -202,7 +208,7 @@ mod tests {
 
     #[test]
     fn an_edge_on_the_border_is_found() {
-        // What lies outside counts as no gradient, so the last column can be a largest one.
+        // The gradient outside of the image is 0, so the last column can hold a maximum.
         let pixels: Vec<u8> = [0, 0, 0, 250].repeat(3);
         assert_eq!(edges(&pixels, 4, 150.0, 450.0), [[2, 0], [2, 1], [2, 2]]);
         assert_eq!(edges(&[7], 1, 0.0, 0.0), [[0; 2]; 0], "one pixel has no gradient");
@@ -212,7 +218,7 @@ mod tests {
 
     #[test]
     fn thresholds_are_rounded_down_and_may_come_in_any_order() {
-        // A step of 100 upright has a gradient of 400.
+        // An upright step of 100 has a gradient of 400.
         let pixels: Vec<u8> = [0, 0, 100, 100].repeat(3);
         for (low, high, is_edge) in [
             (150.0, 399.9, true),
@@ -227,9 +233,9 @@ mod tests {
     }
 
     #[test]
-    fn weak_edges_live_by_strong_ones_over_corners_and_far_away() {
-        // A step that fades from 250 to 60 as it goes down: it begins strong (1000), and goes on weak as long as it is
-        // above low.
+    fn weak_edges_are_kept_if_connected_to_strong_ones_also_diagonally() {
+        // A step that fades from 250 to 60 downwards: it begins strong (1000) and goes on weak as long as it is above
+        // low.
         let pixels: Vec<u8> = (0..96).flat_map(|y| [0, 0, 250 - 2 * y, 250 - 2 * y]).collect();
         let long = edges(&pixels, 4, 150.0, 900.0);
         assert_eq!(long.len(), 96);
@@ -239,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_detector_forgets_the_image_before() {
+    fn the_result_does_not_depend_on_the_previous_image() {
         let mut canny = Canny::new(150.0, 450.0);
         let (step, width) = drawing(&["..##", "..##", "..##"]);
         let first = canny.edges(View::new(&step, width, 3).unwrap()).to_vec();
@@ -249,7 +255,7 @@ mod tests {
         assert_eq!(canny.edges(View::new(&step, width, 3).unwrap()), first);
     }
 
-    /// Images with long runs of equal pixels, smooth slopes, and noise, so that every sector and every tie comes up.
+    /// Images with long runs of equal pixels, smooth slopes, and noise. Every sector and every tie occurs.
     fn images() -> impl Strategy<Value = (Vec<u8>, u32)> {
         let pixel = prop_oneof![Just(0_u8), Just(255), 0..4_u8, any::<u8>()];
         let noise = (1..90_usize, 1..20_usize).prop_flat_map(move |(width, height)| {

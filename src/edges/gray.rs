@@ -1,25 +1,29 @@
-//! Gray out of colours, as OpenCV's `imread(..., IMREAD_GRAYSCALE)` has it, and out of the luma of video.
+//! Converts colours to gray as OpenCV's `imread(..., IMREAD_GRAYSCALE)` does, and luma of video to gray.
 //!
-//! In: samples. Out: one byte a pixel. Invariants: gray stays as it is; weights are whole 32768ths of 0.299, 0.587 and
-//! 0.114, which add up to 1; what is rounded how is as in libpng and libjpeg. Must not know: where samples come from.
+//! In: samples. Out: one byte a pixel.
+//!
+//! Invariants: gray samples do not change. The weights are whole 32768ths of 0.299, 0.587 and 0.114, and add up to 1.
+//! Rounding is as in libpng and libjpeg.
+//!
+//! Must not know: where samples come from.
 
-/// The weights of red, green and blue: libpng's, which add up to 1 << 15.
+/// The weights of red, green and blue in libpng. They add up to 1 << 15.
 const WEIGHTS: [u32; 3] = [9797, 19_234, 3737];
 
-/// Half of what weights add up to, for rounding.
+/// Half of the sum of weights, to round.
 const HALF: u32 = 1 << 14;
 
-/// Gray of samples of 8 bits, rounded down, as in PNG.
+/// Gray of samples of 8 bits, rounded down, as for PNG.
 pub fn from_rgb(samples: [u8; 3]) -> u8 {
     (weighted(samples.map(u32::from)) >> 15) as u8
 }
 
-/// Gray of samples of 8 bits, rounded, as in the few JPEG that have no luma.
+/// Gray of samples of 8 bits, rounded, as for the few JPEG files without luma.
 pub fn from_rgb_rounded(samples: [u8; 3]) -> u8 {
     ((weighted(samples.map(u32::from)) + HALF) >> 15) as u8
 }
 
-/// Gray of samples of 16 bits: rounded, then cut to 8.
+/// Gray of samples of 16 bits, rounded, then cut to 8 bits.
 pub fn from_deep_rgb(samples: [u16; 3]) -> u8 {
     ((weighted(samples.map(u32::from)) + HALF) >> 23) as u8
 }
@@ -28,25 +32,25 @@ fn weighted(samples: [u32; 3]) -> u32 {
     samples.iter().zip(WEIGHTS).map(|(sample, weight)| sample * weight).sum()
 }
 
-/// How light a sample stands for, where a file tells it: then colours are mixed as light is, as libpng does.
+/// The transfer function of a file that states its gamma. Colours are then mixed in linear light, as in libpng.
 #[derive(Clone, Debug)]
 pub struct Gamma {
-    /// Bits of a sample that tables leave out.
+    /// The low bits of a sample that the tables ignore.
     shift: u32,
     to_light: Vec<u16>,
     from_light: Vec<u16>,
 }
 
 impl Gamma {
-    /// For samples of 8 bits: the exponent that makes samples of light, such as 0.45455. None if there is nothing to
-    /// do: it is 1 or about that, or makes no sense.
+    /// For samples of 8 bits. The exponent converts linear light to samples, such as 0.45455. None if it is close to 1
+    /// or not meaningful.
     pub fn new(exponent: f64) -> Option<Self> {
         Self::with(exponent, u8::MAX.into(), 0)
     }
 
     /// For samples of 16 bits.
     pub fn deep(exponent: f64) -> Option<Self> {
-        // 11 bits tell enough for a gray of 8.
+        // 11 bits are enough for gray values of 8 bits.
         Self::with(exponent, u16::MAX, 5)
     }
 
@@ -62,7 +66,7 @@ impl Gamma {
         (makes_sense && differs).then(tables)
     }
 
-    /// Gray by light; no sample has more bits than it is for.
+    /// Gray, mixed in linear light. Samples have at most the number of bits that this was made for.
     pub fn gray(&self, samples: [u16; 3]) -> u16 {
         match samples {
             [red, green, blue] if red == green && green == blue => red,
@@ -74,7 +78,7 @@ impl Gamma {
     }
 }
 
-/// The gray of each luma where black is 16 and white 235, as in most video.
+/// A table of gray values by luma for video in which black is 16 and white is 235, as in most video.
 pub fn of_limited_luma() -> [u8; 256] {
     std::array::from_fn(|luma| ((luma as f64 - 16.0) * (255.0 / 219.0)).round().clamp(0.0, 255.0) as u8)
 }
@@ -100,13 +104,13 @@ mod tests {
         assert_eq!(colours.map(from_rgb_rounded), [76, 150, 29]);
         let deep = [[u16::MAX, 0, 0], [0, u16::MAX, 0], [0, 0, u16::MAX]];
         assert_eq!(deep.map(from_deep_rgb), [76, 150, 29]);
-        // Light is more than the number that stands for it.
+        // Mixing in linear light gives a lighter gray.
         let gamma = Gamma::new(0.45455).unwrap();
         assert_eq!(colours.map(|colour| gamma.gray(colour.map(u16::from))), [147, 200, 95]);
     }
 
     #[test]
-    fn a_gamma_that_says_nothing_is_none() {
+    fn a_gamma_close_to_1_or_without_meaning_is_none() {
         for exponent in [1.0, 0.96, 0.0, -1.0, f64::NAN, f64::INFINITY, 1e9] {
             assert!(Gamma::new(exponent).is_none() && Gamma::deep(exponent).is_none(), "{exponent}");
         }

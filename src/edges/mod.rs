@@ -1,16 +1,16 @@
 //! Edges of gray images, as OpenCV's `Canny` defines them.
 //!
-//! In: gray images of 8 bits a pixel, as a [`View`] each. Out: edge pixels, row by row. Whoever has colours makes them
-//! [`gray`] first.
+//! In: gray images of 8 bits a pixel, each as a [`View`]. Out: edge pixels, row by row. [`gray`] converts colours.
 //!
 //! ```text
 //! colours ─▶ gray ─▶ (crop) ─▶ (blur) ─▶ sobel ─▶ canny: thin, then follow ─▶ edge pixels
 //! ```
 //!
-//! Invariants: the pixels are exactly those of `cv2.Canny(image, low, high)` with an aperture of 3 and the L1 norm, and
-//! blurring before is exactly `cv2.GaussianBlur(image, (0, 0), sigma)`, so thresholds that somebody published mean the
-//! same here; integers decide everything; what an image costs is bounded by its pixels. Must not know: files, formats,
-//! video, topology.
+//! Invariants: the pixels are exactly those of `cv2.Canny(image, low, high)` with an aperture of 3 and the L1 norm. The
+//! blur is exactly `cv2.GaussianBlur(image, (0, 0), sigma)`. So published thresholds mean the same here. All decisions
+//! are made with integers. The cost of an image is bounded by its number of pixels.
+//!
+//! Must not know: files, formats, video, topology.
 
 mod blur;
 mod canny;
@@ -26,46 +26,46 @@ use blur::Blur;
 use canny::Canny;
 pub use view::{View, ViewError};
 
-/// Pixels of an image, at the most.
+/// The largest number of pixels of an image.
 pub const MOST_PIXELS: u64 = 1 << 26;
 
-/// The widest blur.
+/// The largest standard deviation of a blur.
 pub const MOST_SIGMA: f64 = 100.0;
 
-/// What counts as an edge.
+/// The parameters of the detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Gradients above it go on with an edge.
+    /// The low threshold: gradients above it continue an edge.
     pub low: f64,
-    /// Gradients above it begin an edge. The lower of the two is the low one.
+    /// The high threshold: gradients above it begin an edge. The two thresholds may come in any order.
     pub high: f64,
-    /// Blur before, by a Gaussian of this standard deviation: above 0, to [`MOST_SIGMA`].
+    /// The standard deviation of a Gaussian blur before: above 0 and at most [`MOST_SIGMA`]. None: no blur.
     pub blur: Option<f64>,
 }
 
 impl Default for Options {
-    /// As in the paper.
+    /// The thresholds of the paper.
     fn default() -> Self {
         Self { low: 150.0, high: 450.0, blur: None }
     }
 }
 
-/// Options that mean nothing.
+/// An option that is out of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum OptionError {
     /// [`Options::low`] or [`Options::high`].
-    #[error("{0} is no threshold: it must be a number, from 0")]
+    #[error("{0} is not a threshold: it must be a number from 0 up")]
     Threshold(f64),
     /// [`Options::blur`].
-    #[error("{0} is no standard deviation to blur by: take a number above 0, to 100")]
+    #[error("{0} is not a standard deviation for a blur: it must be above 0 and at most 100")]
     Sigma(f64),
 }
 
 impl Options {
-    /// Whether they mean anything.
+    /// Checks the ranges.
     ///
     /// # Errors
-    /// [`OptionError`]: which one does not.
+    /// [`OptionError`]: which option is out of its range.
     pub fn check(&self) -> Result<(), OptionError> {
         for threshold in [self.low, self.high] {
             if !(threshold >= 0.0 && threshold.is_finite()) {
@@ -79,7 +79,7 @@ impl Options {
     }
 }
 
-/// Finds the edges of images, one after the other; what it works with is kept from one to the next.
+/// Finds the edges of images. It keeps its buffers from image to image.
 ///
 /// ```
 /// use hopes::edges::{Detector, Options, View};
@@ -98,7 +98,7 @@ pub struct Detector {
 }
 
 impl Detector {
-    /// Nothing was seen yet.
+    /// A detector with these options.
     ///
     /// # Errors
     /// [`OptionError`].

@@ -1,11 +1,10 @@
-//! The definitions once more, as plainly as they can be said, for tests to compare with: pixel by pixel, by formulas,
-//! with no care for speed.
+//! Reference implementations for tests: the definitions, pixel by pixel, as plain formulas, without regard to speed.
 //!
-//! In and out as in `canny` and `blur`. Invariants: shares no code with them. Must not know: how they do it.
+//! In and out as in `canny` and `blur`. Invariants: shares no code with them. Must not know: how they work.
 
 use std::collections::BTreeSet;
 
-/// `cv2.Canny` with an aperture of 3 and the L1 norm, thresholds whole and in order.
+/// `cv2.Canny` with an aperture of 3 and the L1 norm. Thresholds are whole numbers, the low one first.
 pub fn canny(pixels: &[u8], width: usize, low: i64, high: i64) -> Vec<[u32; 2]> {
     let (width, height) = (width as i64, (pixels.len() / width) as i64);
     let pixel = |x: i64, y: i64| i64::from(pixels[(y.clamp(0, height - 1) * width + x.clamp(0, width - 1)) as usize]);
@@ -48,11 +47,11 @@ pub fn canny(pixels: &[u8], width: usize, low: i64, high: i64) -> Vec<[u32; 2]> 
     }
 }
 
-/// A blur by a kernel of weights that add up to 256, in rows and columns.
+/// A blur by a kernel of weights that add up to 256, along rows and columns.
 pub fn blur(pixels: &[u8], width: usize, kernel: &[u16]) -> Vec<u8> {
     let (width, height) = (width as i64, (pixels.len() / width) as i64);
     let reach = kernel.len() as i64 / 2;
-    // Goes to and fro between the first and the last, both of which it meets once at each turn.
+    // Mirrors a position at the first and the last pixel, which are not repeated.
     let mirror = |at: i64, length: i64| {
         let turn = at.rem_euclid((2 * (length - 1)).max(1));
         turn.min((2 * (length - 1) - turn).max(0))

@@ -1,27 +1,32 @@
-//! Gradients of an image, row by row, as OpenCV's `Sobel` with an aperture of 3 has them.
+//! Gradients of an image, row by row, with the result of OpenCV's `Sobel` with an aperture of 3.
 //!
-//! In: a row of pixels and the ones above and below. Out: a [`Line`]: the gradient in x and y of each pixel, and its
-//! size in the L1 norm. Invariants: what lies outside of an image is as its nearest pixel; all is exact in 16 bits (a
-//! gradient is 1020 at the most, its size 2040); there is no branch on a pixel, so that several are computed at once.
-//! Must not know: what is an edge.
+//! In: a row of pixels, the row above and the row below. Out: a [`Line`]: of each pixel the gradient in x and in y, and
+//! its size in the L1 norm.
+//!
+//! Invariants: a pixel outside of the image equals the nearest pixel inside. 16 bits are exact: a gradient is at most
+//! 1020, its size at most 2040. There is no branch on a pixel, so the compiler can vectorise the loops.
+//!
+//! Why ours: `canny` needs three rows at a time, in one pass and without whole gradient images, which libraries return.
+//!
+//! Must not know: what an edge is.
 
 /// The gradients of a row.
 #[derive(Clone, Debug, Default)]
 pub struct Line {
-    /// To the right.
+    /// The gradient to the right.
     pub dx: Vec<i16>,
-    /// Down.
+    /// The gradient downwards.
     pub dy: Vec<i16>,
-    /// `|dx| + |dy|`, with a 0 before the first and after the last.
+    /// `|dx| + |dy|`, with a 0 before the first and after the last pixel.
     pub size: Vec<i16>,
-    /// Of each column, with the first and the last one twice: above + 2 here + below.
+    /// Of each column: above + 2 here + below. The first and the last column occur twice.
     sum: Vec<i16>,
-    /// As that: below - above.
+    /// Of each column: below - above. The first and the last column occur twice.
     difference: Vec<i16>,
 }
 
 impl Line {
-    /// Makes room for rows of that width, with no gradient anywhere.
+    /// Sets the width of the rows, and all gradients to 0.
     pub fn reset(&mut self, width: usize) {
         for (line, length) in [
             (&mut self.dx, width),
@@ -35,7 +40,7 @@ impl Line {
         }
     }
 
-    /// Takes the gradients of a row. All rows have the width that there is room for.
+    /// Computes the gradients of a row. The row has the width that was set.
     pub fn take(&mut self, above: &[u8], here: &[u8], below: &[u8]) {
         let width = here.len();
         let columns = self.sum[1..=width].iter_mut().zip(&mut self.difference[1..=width]);

@@ -1,27 +1,30 @@
-//! A gray image, or a part of one, as the stages look at it.
+//! A borrowed gray image, or a rectangle of one.
 //!
-//! In: pixels in memory, row by row. Out: rows. Invariants: a view has at least one pixel and at most [`MOST_PIXELS`],
-//! and all of its rows are there. Must not know: what is looked for in it.
+//! In: pixels in memory, row by row. Out: rows.
+//!
+//! Invariants: a view has at least one pixel and at most [`MOST_PIXELS`], and all of its rows are in memory.
+//!
+//! Must not know: what is computed from it.
 
 use thiserror::Error;
 
 use super::MOST_PIXELS;
 
-/// A gray image of 8 bits a pixel, in somebody else's memory.
+/// A gray image of 8 bits a pixel in borrowed memory.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
-    /// From the first pixel of the first row to the last of the last.
+    /// From the first pixel of the first row to the last pixel of the last row.
     pixels: &'a [u8],
     width: usize,
     height: usize,
-    /// From one row to the next.
+    /// The distance between the beginnings of two rows.
     stride: usize,
 }
 
-/// Why there is no such view.
+/// Why a view is not valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum ViewError {
-    /// Nothing to see.
+    /// The image has no pixels.
     #[error("an image of {width} x {height} has no pixels")]
     Empty {
         /// Pixels in a row.
@@ -29,7 +32,7 @@ pub enum ViewError {
         /// Rows.
         height: u32,
     },
-    /// More than [`MOST_PIXELS`].
+    /// The image has more than [`MOST_PIXELS`] pixels.
     #[error("an image of {width} x {height} is too large: {MOST_PIXELS} pixels are the most")]
     TooLarge {
         /// Pixels in a row.
@@ -37,17 +40,17 @@ pub enum ViewError {
         /// Rows.
         height: u32,
     },
-    /// Its pixels are not all there, or there are more.
+    /// The number of bytes does not match the size.
     #[error("{found} bytes are no image of {width} x {height}")]
     Length {
         /// Pixels in a row.
         width: u32,
         /// Rows.
         height: u32,
-        /// Pixels that there are.
+        /// The number of bytes.
         found: usize,
     },
-    /// It reaches beyond the image.
+    /// The rectangle reaches beyond the image.
     #[error(
         "the part of {width} x {height} pixels from {x},{y} reaches beyond an image of {outer_width} x {outer_height}"
     )]
@@ -60,17 +63,17 @@ pub enum ViewError {
         width: u32,
         /// Rows.
         height: u32,
-        /// Columns that there are.
+        /// Columns of the image.
         outer_width: usize,
-        /// Rows that there are.
+        /// Rows of the image.
         outer_height: usize,
     },
 }
 
-/// How many pixels an image of that size has.
+/// The number of pixels of an image of this size.
 ///
 /// # Errors
-/// [`ViewError`]: none, or too many.
+/// [`ViewError`]: there are none, or too many.
 pub(super) fn pixels(width: u32, height: u32) -> Result<usize, ViewError> {
     match u64::from(width) * u64::from(height) {
         0 => Err(ViewError::Empty { width, height }),
@@ -80,7 +83,7 @@ pub(super) fn pixels(width: u32, height: u32) -> Result<usize, ViewError> {
 }
 
 impl<'a> View<'a> {
-    /// All of an image.
+    /// A view of a whole image.
     ///
     /// # Errors
     /// [`ViewError`].
@@ -91,7 +94,7 @@ impl<'a> View<'a> {
         Ok(Self { pixels, width: width as usize, height: height as usize, stride: width as usize })
     }
 
-    /// A part of it: a column and a row, and how many of each.
+    /// A rectangle of the view: first column, first row, number of columns, number of rows.
     ///
     /// # Errors
     /// [`ViewError`].
@@ -108,17 +111,17 @@ impl<'a> View<'a> {
         Ok(Self { pixels, width, height, stride: self.stride })
     }
 
-    /// Pixels in a row.
+    /// The number of pixels in a row.
     pub fn width(self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// The number of rows.
     pub fn height(self) -> usize {
         self.height
     }
 
-    /// A row.
+    /// The pixels of a row.
     pub(super) fn row(self, y: usize) -> &'a [u8] {
         &self.pixels[y * self.stride..][..self.width]
     }
@@ -140,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_image_says_why() {
+    fn invalid_views_give_errors_that_say_why() {
         let view = View::new(&[0; 6], 3, 2).unwrap();
         for (refused, words) in [
             (View::new(&[], 0, 7).err(), "0 x 7 has no pixels"),

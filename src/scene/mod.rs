@@ -1,63 +1,64 @@
-//! Scenes with ground truth: points on walls that move, and which holes they truly have.
+//! Scenes with ground truth: points on moving walls, and the true holes of those walls.
 //!
-//! In: a scene's name and [`Options`]. Out: [`Frame`]s without an end, each with its cloud, what changed in it, the
-//! true holes under ids that last, and what happened to them.
+//! In: a kind of scene and [`Options`]. Out: an endless sequence of [`Frame`]s. Each has its points, the difference
+//! from the previous frame, the true holes with lasting ids, and their events.
 //!
 //! ```text
-//! script ─▶ actors ─▶ how walls stand ─▶ points on them          ─▶ cloud, and its change
-//! (cast)   (motion) └▶ ideal holes     ─▶ truth (ids and events)
+//! composition ─▶ shapes ─▶ poses of walls ─▶ points on them           ─▶ all points, and the difference
+//!               (motion)  └▶ ideal holes   ─▶ truth (ids and events)
 //! ```
 //!
-//! Invariants: what comes depends on the name and the options alone, and is the same on every machine, bit for bit; a
-//! frame costs what its points do, and no memory grows with time. Must not know: the topology of clouds, formats,
-//! files, clocks.
+//! Invariants: the frames depend only on the kind and the options, and are the same on every machine, bit for bit. The
+//! cost of a frame is in proportion to its points. Memory does not grow with time.
+//!
+//! Must not know: the topology of clouds, formats, files, clocks.
 
-mod actor;
+mod composition;
 mod motion;
 mod random;
-mod script;
+mod shape;
 mod truth;
 mod turn;
 mod wall;
 
 use thiserror::Error;
 
-use actor::{Actor, Tableau};
+use composition::{Composition, compose};
+pub use composition::{Kind, UnknownScene};
 use random::Random;
-use script::{Cast, cast};
-pub use script::{Kind, UnknownScene};
-use truth::Chronicle;
+use shape::{Layout, Shape};
+use truth::TruthTracker;
 pub use truth::{TrueEvent, TrueHole};
-use wall::{Stand, Wall};
+use wall::{Pose, Wall};
 
 /// Frames in a second of event time.
 pub const FRAMES_A_SECOND: f64 = 30.0;
 
-/// Noise, at the most: a share of the radius.
+/// The largest noise, as a share of the radius.
 pub const MOST_NOISE: f64 = 0.3;
 
-/// Churn, at the least: a share of the points.
+/// The smallest churn, as a share of the points.
 pub const LEAST_CHURN: f64 = 0.01;
 
-/// Points to a length of a radius: few enough to be nothing but a scatter, and so many that a scene fills memory.
+/// Points in a length of one radius. With the fewest a wall is a loose scatter; with the most a scene fills the memory.
 pub const DENSITIES: std::ops::RangeInclusive<u32> = 2..=10_000;
 
-/// A hole counts if it has this share of the smallest radius as its persistence.
+/// A hole of the ideal shape is a true hole from this persistence on, as a share of the smallest radius.
 const SHARE_ABOVE: f64 = 0.4;
 
-/// How a scene is played.
+/// The parameters of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Of all that is random.
+    /// The seed of all random numbers.
     pub seed: u64,
-    /// So many points to a length of the radius of a hole, along its wall: 2 to 10,000.
+    /// Points along a wall in a length of the hole's radius: 2 to 10,000.
     pub points_per_radius: u32,
-    /// Each point lies, uniformly, within a disc around its place on the wall; the radius of that disc as a share of
-    /// the hole's: 0 to 0.3.
+    /// Each point lies uniformly in a disc around its position on the wall. This is the disc's radius as a share of the
+    /// hole's radius: 0 to 0.3.
     pub noise: f64,
-    /// This share of each wall's points is drawn anew in every frame: 0.01 to 1.
+    /// The share of each wall's points that is drawn anew in every frame: 0.01 to 1.
     pub churn: f64,
-    /// Whether points come in a random order, instead of along the walls.
+    /// Whether points come in random order instead of along the walls.
     pub shuffle: bool,
 }
 
@@ -67,40 +68,40 @@ impl Default for Options {
     }
 }
 
-/// Options that no scene can be played with.
+/// An option that is out of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum OptionError {
     /// [`Options::points_per_radius`].
-    #[error("{0} points per radius are too few or too many: take 2 to 10000")]
+    #[error("{0} points per radius: it must be 2 to 10000")]
     PointsPerRadius(u32),
     /// [`Options::noise`].
-    #[error("a noise of {0} is no share of a radius that leaves a hole: take 0 to 0.3")]
+    #[error("a noise of {0}: it must be 0 to 0.3 of a radius, so that holes stay open")]
     Noise(f64),
     /// [`Options::churn`].
-    #[error("a churn of {0} is no share of points to draw anew: take 0.01 to 1")]
+    #[error("a churn of {0}: the share of points that are drawn anew must be 0.01 to 1")]
     Churn(f64),
 }
 
 /// A frame of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// Counts from 1.
+    /// Counts frames from 1.
     pub number: u64,
     /// Event time, in seconds.
     pub time: f64,
-    /// All points.
+    /// All points of the frame.
     pub points: Vec<[f64; 2]>,
-    /// Points of the frame before that are not there any more.
+    /// Points of the previous frame that are no longer there.
     pub gone: Vec<[f64; 2]>,
-    /// Points that were not there in the frame before.
+    /// Points that were not in the previous frame.
     pub come: Vec<[f64; 2]>,
-    /// What holes there truly are, by id.
+    /// The true holes, by id.
     pub holes: Vec<TrueHole>,
-    /// What happened to them.
+    /// The events of the true holes.
     pub events: Vec<TrueEvent>,
 }
 
-/// A scene that is played.
+/// A running scene.
 ///
 /// ```
 /// use hopes::scene::{Kind, Options, Scene, TrueEvent};
@@ -112,13 +113,13 @@ pub struct Frame {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
-    cast: Cast,
+    composition: Composition,
     options: Options,
     walls: Vec<Wall>,
-    tableau: Tableau,
-    /// Each point of each wall, where it could be seen in the frame before.
+    layout: Layout,
+    /// Each point of each wall as it was seen in the previous frame.
     seen: Vec<Option<[f64; 2]>>,
-    chronicle: Chronicle,
+    truth: TruthTracker,
     smallest_radius: f64,
     order: Random,
     number: u64,
@@ -132,28 +133,28 @@ impl Scene {
     pub fn new(kind: Kind, options: Options) -> Result<Self, OptionError> {
         options.check()?;
         let mut random = Random::new(options.seed);
-        let cast = cast(kind, &mut random.fork());
+        let composition = compose(kind, &mut random.fork());
         let order = random.fork();
         let wall = |(form, size)| {
             let density = f64::from(options.points_per_radius) * size;
             Wall::new(form, density, options.noise / size, random.fork())
         };
-        let walls = cast.actors.iter().flat_map(Actor::walls).map(wall).collect();
-        let smallest_radius = cast.actors.iter().map(Actor::least).fold(f64::INFINITY, f64::min);
+        let walls = composition.shapes.iter().flat_map(Shape::walls).map(wall).collect();
+        let smallest_radius = composition.shapes.iter().map(Shape::smallest_hole).fold(f64::INFINITY, f64::min);
         Ok(Self {
-            cast,
+            composition,
             options,
             walls,
-            tableau: Tableau::default(),
+            layout: Layout::default(),
             seen: Vec::new(),
-            chronicle: Chronicle::new(SHARE_ABOVE * smallest_radius),
+            truth: TruthTracker::new(SHARE_ABOVE * smallest_radius),
             smallest_radius,
             order,
             number: 0,
         })
     }
 
-    /// The least radius that a hole ever has.
+    /// The smallest radius that a hole ever has.
     pub fn smallest_radius(&self) -> f64 {
         self.smallest_radius
     }
@@ -163,18 +164,18 @@ impl Scene {
         SHARE_ABOVE * self.smallest_radius
     }
 
-    /// The next frame. There always is one.
+    /// The next frame. A scene has no end.
     pub fn next_frame(&mut self) -> Frame {
         if self.number > 0 {
             self.walls.iter_mut().for_each(|wall| wall.churn(self.options.churn));
         }
         self.number += 1;
         let moment = self.number as f64;
-        self.play(moment);
-        let (holes, events) = self.chronicle.write(&self.tableau.ideals);
+        self.update_layout(moment);
+        let (holes, events) = self.truth.advance(&self.layout.holes);
         let time = moment / FRAMES_A_SECOND;
         let mut frame = Frame { number: self.number, time, holes, events, ..Frame::default() };
-        self.show(moment, &mut frame);
+        self.collect_points(moment, &mut frame);
         if self.options.shuffle {
             for points in [&mut frame.points, &mut frame.gone, &mut frame.come] {
                 let count = points.len();
@@ -184,21 +185,21 @@ impl Scene {
         frame
     }
 
-    fn play(&mut self, moment: f64) {
-        let Tableau { stands, ideals } = &mut self.tableau;
-        stands.clear();
-        ideals.clear();
-        let drift = self.cast.drift.at(moment);
-        for actor in &self.cast.actors {
-            actor.play(moment, drift, &mut self.tableau);
+    fn update_layout(&mut self, moment: f64) {
+        let Layout { poses, holes } = &mut self.layout;
+        poses.clear();
+        holes.clear();
+        let drift = self.composition.drift.at(moment);
+        for shape in &self.composition.shapes {
+            shape.add_to(moment, drift, &mut self.layout);
         }
     }
 
-    /// Looks at all points, and at how that differs from the frame before.
-    fn show(&mut self, moment: f64, frame: &mut Frame) {
-        let bar = self.cast.sweep.map(|sweep| sweep.at(moment));
-        let points = |(wall, stand): (&Wall, &Stand)| wall.points(stand, bar).collect::<Vec<_>>();
-        let seen: Vec<Option<[f64; 2]>> = self.walls.iter().zip(&self.tableau.stands).flat_map(points).collect();
+    /// Collects the visible points of a frame, and the differences from the previous frame.
+    fn collect_points(&mut self, moment: f64, frame: &mut Frame) {
+        let bar = self.composition.sweep.map(|sweep| sweep.at(moment));
+        let points = |(wall, pose): (&Wall, &Pose)| wall.points(pose, bar).collect::<Vec<_>>();
+        let seen: Vec<Option<[f64; 2]>> = self.walls.iter().zip(&self.layout.poses).flat_map(points).collect();
         self.seen.resize(seen.len(), None);
         for (&before, &now) in self.seen.iter().zip(&seen) {
             frame.points.extend(now);
@@ -212,7 +213,7 @@ impl Scene {
 }
 
 impl Options {
-    /// Whether a scene can be played with them.
+    /// Checks the ranges.
     ///
     /// # Errors
     /// [`OptionError`]: which option is out of its range.

@@ -1,23 +1,26 @@
-//! How things of a scene move and change with time.
+//! Periodic motions and values of a scene.
 //!
-//! In: a frame's number. Out: offsets, and values that come round again. Invariants: all is a function of the frame
-//! alone, for any number of frames. Must not know: what moves.
+//! In: a frame's number. Out: offsets, and periodic values.
+//!
+//! Invariants: everything is a function of the frame's number alone, for any number of frames.
+//!
+//! Must not know: what moves.
 
 use super::turn::wave;
 
-/// A smooth way around a place: a wave in each coordinate.
+/// A smooth periodic motion around a position: a sine wave in each coordinate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sway {
-    /// How far it goes either way, in x and in y.
+pub struct Oscillation {
+    /// The amplitudes in x and in y.
     pub reach: [f64; 2],
-    /// Frames until it comes round, in x and in y.
+    /// The periods in x and in y, in frames.
     pub periods: [f64; 2],
-    /// Where it begins, in turns.
+    /// The phases in x and in y, in turns.
     pub phases: [f64; 2],
 }
 
-impl Sway {
-    /// Where it is.
+impl Oscillation {
+    /// The offset in a frame.
     pub fn at(&self, frame: f64) -> [f64; 2] {
         [0, 1].map(|axis| match self.reach[axis] {
             0.0 => 0.0,
@@ -26,19 +29,19 @@ impl Sway {
     }
 }
 
-/// A value that goes straight from knot to knot, and round again.
+/// A periodic value, linear between its knots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cycle {
-    /// Frames since the beginning, and the value there; the first at 0, the last one ends the round. Two at one time
-    /// are a jump.
+    /// Frames since the beginning of the period, and the value there. The first knot is at 0, the last one ends the
+    /// period. Two knots at the same time are a jump.
     knots: Vec<[f64; 2]>,
-    /// How far into the round frame 0 is.
+    /// The position of frame 0 in the period.
     shift: f64,
 }
 
 impl Cycle {
-    /// Goes through values, each with the number of frames until the next; 0 for a jump. Begins at a share of the
-    /// round.
+    /// A value that goes through a list of values. Each comes with the number of frames until the next one; 0 is a
+    /// jump. It begins at `begin`, a share of the period.
     pub fn new(legs: &[[f64; 2]], begin: f64) -> Self {
         let mut time = 0.0;
         let mut knots: Vec<[f64; 2]> = Vec::with_capacity(legs.len() + 1);
@@ -50,12 +53,12 @@ impl Cycle {
         Self { knots, shift: (begin * time).floor() }
     }
 
-    /// A switch that is on and off for so many frames.
+    /// A value that is 1 for `on` frames and 0 for `off` frames, and so on.
     pub fn switch(on: f64, off: f64, begin: f64) -> Self {
         Self::new(&[[1.0, on], [1.0, 0.0], [0.0, off], [0.0, 0.0]], begin)
     }
 
-    /// Its value.
+    /// The value in a frame.
     pub fn at(&self, frame: f64) -> f64 {
         let round = self.knots.last().map_or(0.0, |&[time, _]| time);
         let time = (frame + self.shift) % round;
@@ -66,7 +69,7 @@ impl Cycle {
         })
     }
 
-    /// Whether a switch is on.
+    /// Whether the value of a switch is 1.
     pub fn is_on(&self, frame: f64) -> bool {
         self.at(frame) > 0.5
     }
@@ -77,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cycles_go_straight_and_round() {
+    fn cycles_are_linear_between_knots_and_periodic() {
         let cycle = Cycle::new(&[[0.0, 4.0], [2.0, 1.0], [2.0, 5.0]], 0.0);
         let values = [0.0, 1.0, 4.0, 4.5, 5.0, 7.5, 10.0, 12.0].map(|frame| cycle.at(frame));
         assert_eq!(values, [0.0, 0.5, 2.0, 2.0, 2.0, 1.0, 0.0, 1.0]);
@@ -88,8 +91,11 @@ mod tests {
     }
 
     #[test]
-    fn ways_come_round() {
-        let sway = Sway { reach: [2.0, 0.0], periods: [8.0, 0.0], phases: [0.0, 0.0] };
-        assert_eq!([0.0, 2.0, 6.0, 8.0].map(|frame| sway.at(frame)), [[0.0, 0.0], [2.0, 0.0], [-2.0, 0.0], [0.0, 0.0]]);
+    fn oscillations_are_periodic() {
+        let oscillation = Oscillation { reach: [2.0, 0.0], periods: [8.0, 0.0], phases: [0.0, 0.0] };
+        assert_eq!(
+            [0.0, 2.0, 6.0, 8.0].map(|frame| oscillation.at(frame)),
+            [[0.0, 0.0], [2.0, 0.0], [-2.0, 0.0], [0.0, 0.0]]
+        );
     }
 }

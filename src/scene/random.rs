@@ -1,12 +1,18 @@
 //! Random numbers that are the same on every machine and in every version.
 //!
-//! In: a seed. Out: numbers, made of the words of a PCG, whose sequence is fixed for ever (a test holds some of it).
-//! Invariants: what one fork draws changes nothing in the others, so each part of a scene has its own. Must not know:
-//! what is drawn.
+//! In: a seed. Out: numbers, made of the words of a PCG generator.
+//!
+//! Invariants: the sequence of words is fixed for ever; a test holds its beginning. Draws from one fork do not change
+//! the others, so each part of a scene has its own fork.
+//!
+//! Why ours: `oorandom` gives the words. The conversions to numbers and choices stand here, since those of `rand`
+//! change between versions.
+//!
+//! Must not know: what is drawn.
 
 use oorandom::Rand64;
 
-/// One stream of random numbers.
+/// A stream of random numbers.
 #[derive(Clone, Debug)]
 pub struct Random(Rand64);
 
@@ -16,31 +22,30 @@ impl Random {
         Self(Rand64::new(u128::from(seed)))
     }
 
-    /// Another stream, which goes its own way. Begins anywhere in 128 bits: seeds that are near to each other would
-    /// give words that are.
+    /// An independent stream. Its seed has 128 random bits, since streams with similar seeds have similar words.
     pub fn fork(&mut self) -> Self {
         let [high, low] = [(); 2].map(|()| u128::from(self.0.rand_u64()));
         Self(Rand64::new(high << 64 | low))
     }
 
-    /// From 0 up to 1.
+    /// A number from 0 up to, but not including, 1.
     pub fn unit(&mut self) -> f64 {
         const STEP: f64 = 1.0 / (1u64 << 53) as f64;
         (self.0.rand_u64() >> 11) as f64 * STEP
     }
 
-    /// From `low` up to `high`.
+    /// A number from `low` up to `high`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// From 0 to `end` - 1.
+    /// A whole number from 0 to `end` - 1.
     pub fn below(&mut self, end: usize) -> usize {
         // The product of a number below 1 and `end` may round up to `end`.
         ((self.unit() * end as f64) as usize).min(end.saturating_sub(1))
     }
 
-    /// A point of the unit disc, uniformly.
+    /// A point of the unit disc, uniformly distributed.
     pub fn in_disc(&mut self) -> [f64; 2] {
         loop {
             let point = [self.between(-1.0, 1.0), self.between(-1.0, 1.0)];
@@ -50,7 +55,7 @@ impl Random {
         }
     }
 
-    /// Brings the first `count` elements to be a random choice of all, in random order.
+    /// Moves a random choice of `count` elements to the front, in random order.
     pub fn choose<T>(&mut self, elements: &mut [T], count: usize) {
         for place in 0..count.min(elements.len()) {
             let chosen = place + self.below(elements.len() - place);
@@ -74,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn draws_stay_in_range_and_spread() {
+    fn draws_are_in_range_and_spread_over_it() {
         let mut random = Random::new(3);
         let mut seen = [0; 7];
         for _ in 0..7000 {

@@ -1,12 +1,15 @@
 //! Angles in turns, with sines and cosines that are the same on every machine.
 //!
-//! In: numbers of turns, and places. Out: directions, places. Invariants: additions and multiplications only, which
-//! IEEE 754 fixes to the last bit, where the system's own sine is as each system likes it; errors below 1e-15. Must not
-//! know: shapes.
+//! In: numbers of turns, and positions. Out: directions, positions.
+//!
+//! Invariants: only additions and multiplications are used. IEEE 754 defines them to the last bit, while the sine of
+//! the system's library differs between systems. Errors are below 1e-15.
+//!
+//! Must not know: shapes.
 
 use std::f64::consts::TAU;
 
-/// The unit vector after so many turns from the x axis, counterclockwise.
+/// The unit vector at an angle from the x axis, counterclockwise.
 pub fn direction(turns: f64) -> [f64; 2] {
     let turns = turns - turns.floor();
     let quarters = (turns * 4.0).round();
@@ -19,7 +22,8 @@ pub fn direction(turns: f64) -> [f64; 2] {
     }
 }
 
-/// Cosine and sine of an angle (in radians) of an eighth of a turn at the most: their series, as far as doubles see.
+/// Cosine and sine of an angle in radians of at most an eighth of a turn. This is their series to the precision of
+/// doubles.
 fn near_zero(angle: f64) -> (f64, f64) {
     let square = angle * angle;
     let series = |first: u32| {
@@ -29,22 +33,22 @@ fn near_zero(angle: f64) -> (f64, f64) {
     (series(1), angle * series(2))
 }
 
-/// The sine of so many turns.
+/// The sine of an angle.
 pub fn wave(turns: f64) -> f64 {
     direction(turns)[1]
 }
 
-/// A place, turned around the origin by the angle of a direction.
+/// A position, rotated around the origin by the angle of a direction.
 pub fn turned([x, y]: [f64; 2], [cos, sin]: [f64; 2]) -> [f64; 2] {
     [x * cos - y * sin, x * sin + y * cos]
 }
 
-/// The place so many lengths of a vector away from another.
+/// A position, moved by a multiple of a vector.
 pub fn moved([x, y]: [f64; 2], [dx, dy]: [f64; 2], lengths: f64) -> [f64; 2] {
     [x + dx * lengths, y + dy * lengths]
 }
 
-/// The square of the distance of two places.
+/// The square of the distance of two positions.
 pub fn distance_squared([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
     (ax - bx) * (ax - bx) + (ay - by) * (ay - by)
 }

@@ -1,7 +1,7 @@
-"""What can be seen: pixels of a picture on the page, counted by colour.
+"""Counts pixels of a picture on the page by colour.
 
-In: an element of a page. Out: counts. Invariants: pixels are those of a screenshot, so what counts is what a person would
-see, and the page is not asked; pictures are read in a page of their own. Must not know: what is drawn.
+In: an element of a page. Out: counts. Invariants: pixels are those of a screenshot, so the counts are what a person
+sees, and the page is not asked. Pictures are decoded in a page of their own. Must not know: what is drawn.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from playwright.sync_api import Page
 
-# Greys of the style sheet that pixels are told apart by. What is strong in colour is `vivid`, as lines of cycles are; what
-# is pale is `tinted`, as their holes are.
+# Greys of the style sheet by which pixels are distinguished. Strong colours, such as lines of cycles, count as `vivid`;
+# pale colours, such as their holes, count as `tinted`.
 NAMES = ("panel", "point", "edge")
 
 _READ = """
@@ -77,7 +77,7 @@ _COLORS = """
 
 @dataclass
 class Picture:
-    """A picture on a page, as it was at one time."""
+    """A picture on a page at one time."""
 
     png: str
     panel: int
@@ -88,13 +88,13 @@ class Picture:
 
 
 class Eyes:
-    """Looks at pages, from a page of its own."""
+    """Takes pictures of pages, with a page of its own for decoding."""
 
     def __init__(self, own: Page) -> None:
         self._own = own
 
     def glance(self, page: Page, element: str) -> str:
-        """A picture that nobody has looked at yet."""
+        """A picture whose pixels are not counted yet."""
         return base64.b64encode(page.locator(element).screenshot()).decode()
 
     def look(self, page: Page, png: str) -> Picture:
@@ -102,6 +102,6 @@ class Eyes:
         return Picture(png, **counts)
 
     def difference(self, one: Picture, other: Picture) -> float:
-        """How many pixels differ."""
+        """The number of pixels that differ."""
         count: float = self._own.evaluate(_DIFFER, [one.png, other.png])
         return count

@@ -1,9 +1,9 @@
-"""What the browser's tests share: a daemon of one's own, producers, and a page that is watched.
+"""Shared parts of the browser tests: a daemon for each test, producers, and a page that is watched for errors.
 
-In: the environment variables `HOPES_BIN`, the daemon's program, and `HOPES_CHROMIUM`, the browser's; without the latter
-the browser is playwright's own. `run` sets them.
-Invariants: whatever is started is ended, also where a test fails; a page that logs an error, throws, or asks any other
-host than its daemon fails the test that has opened it. Must not know: what tests look for.
+In: the environment variables `HOPES_BIN`, the daemon's program, and `HOPES_CHROMIUM`, the browser; without the latter
+playwright's own browser is used. `run` sets them. Invariants: every process is stopped, also if a test fails. A test
+fails if its page logs an error, throws, or requests anything from another host than its daemon. Must not know: what
+tests check.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 HOPES_BIN = os.environ.get("HOPES_BIN", str(ROOT / "target/debug/hopes"))
 CHROMIUM = os.environ.get("HOPES_CHROMIUM") or None
-# Nothing that a test waits for takes longer, however busy the machine is.
+# The longest time for any wait, however busy the machine is.
 PATIENCE = 20.0
-# A superuser can have no sandbox.
+# The superuser cannot use a sandbox.
 FLAGS = ["--no-sandbox"]
 WIDE = {"width": 1280, "height": 800}
 
 
 class Ends(Protocol):
-    """A test, or something else that ends what was started."""
+    """A test, or another object that cleans up."""
 
     def addCleanup(self, end: Any, *arguments: Any) -> None: ...  # noqa: N802, as tests have it
 
 
 class HasPage(Protocol):
-    """Whatever has a page."""
+    """A server of a page."""
 
     @property
     def host(self) -> str: ...
@@ -57,7 +57,7 @@ class HasPage(Protocol):
 
 
 class Daemon:
-    """A daemon with a page, in a folder of its own, that ends with the test."""
+    """A daemon with a page, in its own folder. It is stopped at the end of the test."""
 
     def __init__(self, test: Ends, *options: str) -> None:
         folder = tempfile.TemporaryDirectory()
@@ -75,7 +75,7 @@ class Daemon:
         return f"http://{self.host}/"
 
     def start(self) -> None:
-        """Starts it, at the place where it was, and waits until it answers."""
+        """Starts it, at its previous address if it has one, and waits until it answers."""
         command = [HOPES_BIN, "serve", "--view", self.host, "--listen", self.unix, *self._options]
         with self._log.open("ab") as log:
             self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
@@ -94,17 +94,17 @@ class Daemon:
             return bytes(answer.read())
 
     def stream(self, name: str = "scan") -> dict[str, Any]:
-        """What it says of a stream."""
+        """The daemon's data of a stream."""
         infos = [one["info"] for one in json.loads(self.get("api/streams"))["streams"]]
         return next(info for info in infos if info["name"] == name)
 
     def snapshot(self, view: str, name: str = "scan") -> dict[str, Any]:
-        """The newest frame of a stream in a view, as it tells it to others: all that it adds to nothing."""
+        """The newest frame of a stream in a view, as the daemon sends it to other consumers."""
         told: dict[str, Any] = json.loads(self.get(f"api/streams/{name}/snapshot?format=json&{view}"))
         return told
 
     def counts(self, view: str) -> tuple[int, int]:
-        """How many edges and critical edges a view has."""
+        """The numbers of edges and critical edges of a view."""
         told = self.snapshot(view)
         return len(told["edges"]["add"]), len(told["critical"]["set"])
 
@@ -116,14 +116,14 @@ class Daemon:
             return frame.dots[0]
 
     def kill(self) -> None:
-        """Ends it without any warning."""
+        """Kills it."""
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGKILL)
         self._process.wait()
 
 
 class Producer:
-    """A process that feeds a daemon, and knows the newest frame that the daemon has taken."""
+    """A process that sends points to a daemon. It knows the newest committed frame."""
 
     def __init__(self, test: Ends, daemon: Daemon, **options: Any) -> None:
         command = [sys.executable, str(HERE / "producer.py"), daemon.unix]
@@ -150,14 +150,14 @@ class Producer:
         return len(self.times)
 
     def rate(self, since: int) -> float:
-        """Frames a second since one of them."""
+        """Frames in a second since a given frame."""
         return (self.newest - since) / (self.times[-1] - self.times[since - 1])
 
     def wait_for(self, frame: int) -> None:
         until(lambda: self.newest >= frame, f"the producer has not come to frame {frame}")
 
     def make(self, frames: int) -> int:
-        """Makes so many frames of one that makes none by itself, and gives the number of the last."""
+        """Lets a producer without a rate of its own make frames, and returns the number of the last."""
         assert self._process.stdin is not None
         self._process.stdin.write(frames * "\n")
         self._process.stdin.flush()
@@ -175,7 +175,7 @@ class Producer:
 
 
 def until(holds: Callable[[], bool], what: str, patience: float = PATIENCE) -> None:
-    """Waits for something that nobody tells of."""
+    """Polls until a condition holds."""
     deadline = time.monotonic() + patience
     while not holds():
         if time.monotonic() > deadline:
@@ -188,7 +188,7 @@ def launch(playwright: Playwright, *flags: str) -> Browser:
 
 
 class BrowserTest(unittest.TestCase):
-    """A browser for all tests of a class; a daemon and a page for each of them."""
+    """One browser for all tests of a class; a daemon and a page for each test."""
 
     browser: Browser
     eyes: Eyes
@@ -211,7 +211,7 @@ class BrowserTest(unittest.TestCase):
         self.tolerated = re.compile(r"(?!)")
 
     def open(self, daemon: HasPage, fragment: str = "", **options: Any) -> Page:
-        """Opens a daemon's page, and watches what it does until the test's end."""
+        """Opens a daemon's page, and watches it until the test's end."""
         options = {"viewport": WIDE, **options}
         context = self.browser.new_context(**options)
         self.addCleanup(context.close)
@@ -223,7 +223,7 @@ class BrowserTest(unittest.TestCase):
         return page
 
     def watch(self, page: Page, host: str) -> None:
-        """Notes what no page of ours may do."""
+        """Records errors of the page."""
 
         def asks(url: str) -> None:
             place = urlsplit(url)
@@ -231,7 +231,7 @@ class BrowserTest(unittest.TestCase):
                 self.complaints.append(f"it asks another host: {url}")
 
         def says(message: ConsoleMessage) -> None:
-            # Browsers warn of what they like, such as WebGL without a card; but not of wrong calls without a reason.
+            # Browsers warn of many things, such as WebGL without a graphics card. Only warnings of wrong calls count.
             is_wrong = message.type == "error" or (message.type == "warning" and "INVALID_" in message.text)
             if is_wrong and not self.tolerated.search(message.text):
                 self.complaints.append(f"{message.type}: {message.text}")
@@ -249,7 +249,9 @@ class BrowserTest(unittest.TestCase):
         return self.eyes.look(page, self.eyes.glance(page, element))
 
     def see_still(self, page: Page, element: str = "#plane") -> Picture:
-        """Looks when nothing moves any more: dots and tracks come after their frame, and small pictures are drawn later."""
+        """Takes a picture when nothing changes any more. Dots and tracks come after their frame, and small pictures
+        later.
+        """
         deadline = time.monotonic() + PATIENCE
         png = self.eyes.glance(page, element)
         while time.monotonic() < deadline:
@@ -260,12 +262,12 @@ class BrowserTest(unittest.TestCase):
         raise AssertionError(f"{element} does not come to rest")
 
     def state(self, page: Page) -> dict[str, Any]:
-        """What the page says of itself."""
+        """The state that the page reports."""
         state: dict[str, Any] = page.evaluate("hopes.state()")
         return state
 
     def wait_for(self, page: Page, condition: str, argument: Any = None) -> dict[str, Any]:
-        """Waits until a condition on `state` (and perhaps `argument`) holds, and gives that state."""
+        """Waits until a condition on `state` (and optionally `argument`) holds. Returns that state."""
         body = f"(argument) => {{ const state = window.hopes?.state(); return state && ({condition}) ? state : null; }}"
         try:
             found: dict[str, Any] = page.wait_for_function(body, arg=argument, polling=50).json_value()

@@ -1,11 +1,10 @@
-"""Whether the page's memory stays bounded on a stream that runs for long. For people; no test runs it.
+"""Checks that the page's memory stays bounded on a long stream. It is started by hand; no test runs it.
 
-In: minutes and a scene on the command line, and what `harness` takes. Out: a line every half minute with the frame, frames
-drawn a second, how many the picture is behind the producer, the JS heap after
-a collection of garbage, buffers outside of it, nodes of the document and the memory of the browser's page processes; exit
-code 1 where any of them has grown by more than its bound from minute 2 on.
-Invariants: what is held on purpose (the last frames to step back to, the lives of tracks) has reached its limits before
-minute 2. Must not know: what takes the memory.
+In: minutes and a scene on the command line, and the environment of `harness`. Out: a line every half minute with the
+frame, drawn frames a second, how far the picture is behind the producer, the JS heap after a garbage collection,
+buffers outside of it, nodes of the document and the memory of the browser's page processes. The exit code is 1 if any
+of them has grown by more than its limit since minute 2. Invariants: everything that is kept on purpose (the last frames
+to step back to, the lifetimes of tracks) has reached its limits before minute 2. Must not know: what uses the memory.
 
     tests/browser/run --memory [--minutes 10] [--scene sweep|rings]
 """
@@ -30,7 +29,7 @@ MIB = 1 << 20
 
 
 class Ending(contextlib.ExitStack):
-    """Ends what was started."""
+    """Cleans up."""
 
     def addCleanup(self, end: Any, *arguments: Any) -> None:  # noqa: N802, as tests have it
         self.callback(end, *arguments)
@@ -38,7 +37,7 @@ class Ending(contextlib.ExitStack):
 
 @dataclass
 class Sample:
-    """What is held at one time."""
+    """The memory at one time."""
 
     minutes: float
     frame: int
@@ -64,7 +63,7 @@ HEAD = "minutes   frame drawn/s behind  heap MiB  buffers MiB  nodes  RSS MiB"
 
 
 def take(browser: Browser, page: Page, session: CDPSession, producer: Producer, since: float) -> Sample:
-    # Before the garbage is collected, which stops the page.
+    # Read before the garbage collection, which stops the page.
     newest, state = producer.newest, page.evaluate("hopes.state()")
     drawn, behind = state["drawn"], max(0, newest - (state["seen"] or 0))
     session.send("HeapProfiler.collectGarbage")
@@ -86,7 +85,7 @@ def resident(browser: Browser) -> float:
 
 
 def follow(minutes: float, scene: str, points: int) -> list[Sample]:
-    """Follows a stream for so long."""
+    """Follows a stream for some minutes."""
     with Ending() as ending, sync_playwright() as playwright:
         daemon = Daemon(ending, "--track", "top:20")
         producer = Producer(ending, daemon, scene=scene, points=points, changed=points // 100, rings=10)
@@ -107,7 +106,7 @@ def follow(minutes: float, scene: str, points: int) -> list[Sample]:
 
 
 def judge(samples: list[Sample]) -> int:
-    """Says what has grown, and gives the exit code."""
+    """Prints what has grown, and returns the exit code."""
     settled = [sample for sample in samples if 60 * sample.minutes >= SETTLED - 1]
     if len(settled) < 2:
         print("too short to say anything: nothing is settled before minute 2")

@@ -1,10 +1,9 @@
-"""Feeds a stream of its own process at a steady pace, as a sensor would.
+"""Sends points at a steady rate from a process of its own, as a sensor would.
 
-In: an address, a stream, a scene and a pace on the command line; with `--rate 0`, a line on stdin for each frame. Out: points to the daemon; on stdout the number of each
-frame, on a line of its own, as soon as the daemon has said that it has it.
-Invariants: the same seed gives the same points; frames come at their times (one that is late is not made up for by others
-in a rush); it ends with the daemon, or when nobody asks for frames any more.
-Must not know: browsers, tests.
+In: an address, a stream, a scene and a rate on the command line. With `--rate 0`, a line on stdin for each frame. Out:
+points to the daemon; on stdout the number of each frame on a line of its own, as soon as the daemon has confirmed it.
+Invariants: the same seed gives the same points. Frames are sent at their times, and a late one is not followed by a
+burst. The process ends with the daemon, or at the end of stdin. Must not know: browsers, tests.
 """
 
 from __future__ import annotations
@@ -20,13 +19,13 @@ from collections.abc import Iterator
 import hopes_client as hopes
 
 Point = tuple[float, float]
-# Room that a ring has to each side; its radius is 30.
+# The space of a ring on each side. Its radius is 30.
 PITCH = 100.0
 RADIUS = 30.0
 
 
 def near_ring(source: random.Random, ring: int, turn: float, columns: int, noise: float, size: float = 1.0) -> Point:
-    """A point of a noisy ring, at a part of its turn."""
+    """A point of a noisy ring at a share of its turn."""
     radius = size * RADIUS * (1.0 + source.uniform(-noise, noise))
     angle = 2.0 * math.pi * turn
     x = PITCH * (ring % columns) + radius * math.cos(angle)
@@ -34,8 +33,9 @@ def near_ring(source: random.Random, ring: int, turn: float, columns: int, noise
 
 
 def sweep(seed: int, points: int, changed: int, rings: int, _: float) -> Iterator[list[Point]]:
-    """A scanner that goes round noisy rings, one after the other: first all of them at once, then so many points a frame,
-    all in one place. Where the window is of so many points, the oldest go, which lie just before the scanner."""
+    """A scanner that goes round noisy rings, one after the other: first all of them at once, then some points a frame,
+    all in one place. If the window has as many points as the rings, the removed points are just before the scanner.
+    """
     source = random.Random(seed)
     columns = math.ceil(math.sqrt(rings))
 
@@ -51,7 +51,7 @@ def sweep(seed: int, points: int, changed: int, rings: int, _: float) -> Iterato
 
 
 def rings(seed: int, points: int, changed: int, rings: int, shrink: float) -> Iterator[list[Point]]:
-    """Points anywhere on rings that stay, each of them smaller than the one before."""
+    """Points anywhere on rings that stay. Each ring is smaller than the previous one."""
     source = random.Random(seed)
     columns = math.ceil(math.sqrt(rings))
 
@@ -81,7 +81,7 @@ def arguments() -> argparse.Namespace:
 
 
 def times(rate: float) -> Iterator[float]:
-    """Waits until the next frame is due, again and again. Gives the times since the first."""
+    """Waits until the next frame is due, repeatedly. Yields the times since the first."""
     if rate == 0.0:
         yield from (float(count) for count, _ in enumerate(sys.stdin))
         return
@@ -93,7 +93,7 @@ def times(rate: float) -> Iterator[float]:
 
 
 def feed(asked: argparse.Namespace, daemon: hopes.Daemon) -> None:
-    """Feeds as long as frames are due."""
+    """Sends frames as long as they are due."""
     stream = daemon.producer(asked.stream, window=hopes.Window.points(asked.points))
     scene = SCENES[asked.scene](asked.seed, asked.points, asked.changed, asked.rings, asked.shrink)
     for now, points in zip(times(asked.rate), scene):
@@ -103,7 +103,7 @@ def feed(asked: argparse.Namespace, daemon: hopes.Daemon) -> None:
 
 def main() -> None:
     asked = arguments()
-    # That the daemon is gone is for others to notice.
+    # A lost daemon is not an error here. The test notices it.
     with contextlib.suppress(hopes.ConnectionLost), hopes.connect(asked.address) as daemon:
         feed(asked, daemon)
 

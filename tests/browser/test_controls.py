@@ -1,4 +1,4 @@
-"""What a user sets with mouse and keys: the view, and time."""
+"""The controls of the page: the view, and time, by mouse and keys."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from playwright.sync_api import Page
 
 from harness import BrowserTest, Daemon, Producer
 
-# The state shows the view that the daemon says its frames are in.
+# The state shows the view of the received frames.
 VIEW_IS = "JSON.stringify(state.view) === JSON.stringify(argument) && state.seen === state.frame"
 
 
@@ -18,7 +18,7 @@ def derived(k: int, l: int, simplify: str = "No") -> dict[str, Any]:  # noqa: E7
 
 
 class Views(BrowserTest):
-    """A cloud that stays as it is, so that nothing changes but what the user changes."""
+    """A cloud that does not change, so that only the user changes the picture."""
 
     def setUp(self) -> None:
         super().setUp()
@@ -31,7 +31,7 @@ class Views(BrowserTest):
         self.wait_for(self.page, "state.frame === 6 && state.seen === 6 && state.tracks > 0")
 
     def wait_for_scale(self, above: float) -> dict[str, Any]:
-        """Waits for a reduced view of the scale that the address has."""
+        """Waits for a reduced view with the scale in the address."""
         chosen = "Number(new URLSearchParams(location.hash.slice(1)).get('alpha'))"
         condition = f"state.view.cut.Reduced > argument && state.view.cut.Reduced === {chosen}"
         return self.wait_for(self.page, f"{condition} && state.seen === state.frame", above)
@@ -143,7 +143,7 @@ class Time(BrowserTest):
         self.assertEqual(page.inner_text("#state"), "live")
 
     def click_away(self, page: Page) -> None:
-        """Takes the focus off buttons, which have their own use for a space."""
+        """Takes the focus off buttons, which use the space key themselves."""
         page.click("h1")
 
 

@@ -1,4 +1,4 @@
-"""What the demo says to open shows the demo, from its first frames to its end."""
+"""The address that the demo logs shows the demo, from its first frames to its end."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from harness import HOPES_BIN, PATIENCE, BrowserTest, Ends
 
 
 class Demo:
-    """A demo that has said what to open, and ends with the test."""
+    """A demo that has logged its address. It is stopped at the end of the test."""
 
     def __init__(self, test: Ends, *options: str) -> None:
         command = [HOPES_BIN, "demo", "--view", "127.0.0.1:0", *options]
@@ -29,7 +29,7 @@ class Demo:
 
 class DemoTest(BrowserTest):
     def shown(self, *options: str) -> None:
-        # The browser itself says that it cannot connect, and a page cannot keep it from that.
+        # The browser itself logs that it cannot connect, and a page cannot prevent it.
         self.tolerated = re.compile(r"WebSocket connection to '\S+' failed")
         demo = Demo(self, *options)
         page = self.open(demo)

@@ -1,4 +1,4 @@
-"""What the page draws of a stream, with a graphics card and without, and what it says of a cycle under the pointer."""
+"""The drawing of a stream, with and without a graphics card, and the description of the cycle under the pointer."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class WithoutGraphicsCard(BrowserTest):
     least_edges = 800
 
     def open_page(self, rate: int, *options: str) -> tuple[Daemon, Producer, Page]:
-        """A page that is opened when a stream is running already, or makes frames when it is told to."""
+        """Opens a page when a stream is running already, or makes frames on request."""
         daemon = Daemon(self, *options)
         producer = Producer(self, daemon, points=400, changed=20, rings=4, rate=rate)
         if rate == 0:
@@ -60,7 +60,7 @@ class WithoutGraphicsCard(BrowserTest):
 
     def test_a_tree_is_drawn_without_tracks(self) -> None:
         _, _, page = self.open_page(0)
-        # Rims of holes and of thick lines would have the colour of edges too.
+        # The rims of holes and of thick lines would have the colour of edges too.
         plane = self.see_still(page)
         self.assertGreater(plane.point, 400, "there are too few pixels of points")
         self.assertGreater(plane.edge, self.least_edges, "there are too few pixels of edges")
@@ -92,12 +92,12 @@ class WithoutGraphicsCard(BrowserTest):
 
 
 class WithGraphicsCard(WithoutGraphicsCard):
-    """The same, drawn by WebGL, on a card that is made believe."""
+    """The same, drawn by WebGL on a simulated graphics card."""
 
     has_card = True
     least_edges = 1500
     flags = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-    # What the card is called, so that the page does not take it for what it is.
+    # The name of the card, so that the page does not recognise the software renderer.
     prelude = """
         const ask = WebGL2RenderingContext.prototype.getParameter;
         WebGL2RenderingContext.prototype.getParameter = function (name) {
@@ -121,7 +121,7 @@ class WithGraphicsCard(WithoutGraphicsCard):
 
 
 def place_of(page: Page, vertices: list[tuple[float, float]], point: tuple[float, float]) -> dict[str, float]:
-    """Where in the plane a point is drawn, as long as nobody has moved the view: all points fit into it."""
+    """The position of a point in the picture, before the view was moved: all points fit into it."""
     box = page.locator("#plane").bounding_box()
     assert box is not None
     low = [min(vertex[axis] for vertex in vertices) for axis in (0, 1)]
@@ -136,7 +136,7 @@ def told(page: Page, what: str) -> float:
 
 
 def rounded(value: float) -> float:
-    """To the four digits that the page tells."""
+    """Rounded to the four digits that the page shows."""
     return float(f"{value:.4g}") if math.isfinite(value) else value
 
 

@@ -1,4 +1,4 @@
-"""Whether the page keeps up with a stream of many points, and whether the daemon waits for nobody."""
+"""Whether the page keeps up with a stream of many points, and whether the daemon never waits for a page."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from playwright.sync_api import Page
 from harness import BrowserTest, Daemon, Producer
 
 RATE = 30
-# A machine that makes fewer frames a second than this is too slow to say anything.
+# A machine with fewer frames a second is too slow for this test.
 LEAST_RATE = 15
 SECONDS = 15.0
 
 
 class Following(BrowserTest):
     def assert_paced(self, producer: Producer, since: int) -> None:
-        """The daemon has taken frames at the producer's pace."""
+        """The daemon has committed frames at the producer's rate."""
         rate = producer.rate(since)
         self.assertGreaterEqual(
             rate,
@@ -26,7 +26,7 @@ class Following(BrowserTest):
         )
 
     def assert_never_behind(self, page: Page, producer: Producer, seconds: float) -> None:
-        """What is held and what is drawn is at no time more than a second old."""
+        """The received frame and the drawn frame are never more than a second old."""
         since = producer.newest
         held = drawn = 0
         while producer.times[-1] - producer.times[since - 1] < seconds:
@@ -48,7 +48,7 @@ class Following(BrowserTest):
         self.assert_never_behind(page, producer, SECONDS)
         state = self.state(page)
         self.assertEqual((state["points"], state["vertices"]), (100_000, 100_000))
-        # Frames were followed one by one, each proved, and never from anew.
+        # Frames were followed one by one, each verified, without a new snapshot.
         self.assertEqual(state["resyncs"], 0)
         self.assertGreaterEqual(state["frames"], state["frame"] - first["frame"] - RATE)
         self.assertGreater(self.see(page).point, 10_000)
@@ -74,14 +74,14 @@ class Following(BrowserTest):
         since = producer.newest
         producer.wait_for(since + 3 * RATE)
         self.assert_paced(producer, since)
-        # It follows nothing but what was on its way.
+        # It follows only what was in flight.
         self.assertLess(self.state(page)["frames"], hidden["frames"] + RATE)
         self.assertEqual(daemon.stream()["consumers"], 0)
         self.hide(page, False)
         self.wait_for(page, "!document.hidden && state.seen >= argument", producer.newest)
 
     def hide(self, page: Page, hidden: bool) -> None:
-        """Tells the page that it is hidden, or seen again. Without a screen the browser itself never hides a tab."""
+        """Hides the page, or shows it again. Without a screen the browser itself never hides a tab."""
         page.evaluate(
             """(hidden) => {
                 Object.defineProperty(document, "hidden", { value: hidden, configurable: true });

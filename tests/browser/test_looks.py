@@ -1,4 +1,4 @@
-"""Whether the page fits screens, wide and narrow, light and dark, and can be read and used there."""
+"""Whether the page fits wide and narrow screens, light and dark, and can be read and used there."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from harness import WIDE, BrowserTest, Daemon, Producer
 
 NARROW = {"width": 390, "height": 844}
 
-# Controls that cannot be reached: outside of the page's width, tiny, or covered when one has scrolled there.
+# Controls that cannot be reached: outside of the page's width, tiny, or covered after scrolling to them.
 UNREACHABLE = """
 (width) => [...document.querySelectorAll("button, select, input, summary")].filter((control) => {
   const shown = control.labels?.[0] ?? control;
@@ -79,7 +79,7 @@ class Looks(BrowserTest):
 
     def assert_fits(self, page: Page) -> None:
         """Nothing is wider than the screen, and every control can be reached."""
-        # A phone lays a page that is too wide out as if it were wider itself, so the page's own word does not count.
+        # A phone makes a page that is too wide wider itself, so the page's own width does not count.
         assert page.viewport_size is not None
         width = page.viewport_size["width"]
         self.assertEqual(page.evaluate("document.documentElement.scrollWidth"), width, "it is too wide")

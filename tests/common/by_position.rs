@@ -1,4 +1,4 @@
-//! A skeleton with positions in place of ids, for comparisons bit for bit.
+//! A skeleton with positions instead of ids, for comparisons bit for bit.
 
 use hopes::topology::Skeleton;
 
@@ -11,13 +11,13 @@ pub struct DotAt {
     pub death: f64,
     /// The critical edge, the smaller end first.
     pub edge: [Point; 2],
-    /// The triangle whose filling is the death, in order.
+    /// The triangle whose circumradius is the death. Its corners are sorted.
     pub triangle: [Point; 3],
-    /// The hole's centre.
+    /// The centre of the hole.
     pub center: Point,
 }
 
-/// What a skeleton says but for ids: all lists in order of positions.
+/// The content of a skeleton without ids. All lists are sorted by position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ByPosition {
     pub vertices: Vec<Point>,
@@ -26,7 +26,7 @@ pub struct ByPosition {
 }
 
 impl ByPosition {
-    /// Also checks the order that a skeleton promises for its own lists.
+    /// Also checks that the skeleton's own lists are sorted.
     pub fn of(skeleton: &Skeleton) -> Self {
         assert_in_order(skeleton);
         let at = |v: u32| skeleton.vertices()[v as usize].position.xy();
@@ -44,7 +44,7 @@ impl ByPosition {
         }
     }
 
-    /// Panics with the first difference only: a whole skeleton is no help to a reader.
+    /// Panics with the first difference only, since whole skeletons are too long to read.
     #[track_caller]
     pub fn assert_same(&self, want: &Self) {
         first_difference("vertices", &self.vertices, &want.vertices);
@@ -62,7 +62,7 @@ fn first_difference<T: PartialEq + std::fmt::Debug>(what: &str, ours: &[T], thei
     }
 }
 
-/// Sorted by plain comparison; nothing here is NaN.
+/// Sorted by plain comparison. There are no NaNs.
 pub fn in_order<T: PartialOrd, L: AsMut<[T]>>(mut list: L) -> L {
     list.as_mut().sort_by(|a, b| a.partial_cmp(b).expect("no NaN in a skeleton"));
     list

@@ -1,7 +1,9 @@
-//! A client of a real daemon: it connects, says what a test wants it to say, and hears what comes, word by word.
+//! A client of a real daemon. It sends exactly what a test says, and returns each message that arrives.
 //!
-//! In: an address, messages, bytes. Out: messages. Invariants: all waiting has a deadline; what comes on a channel that nobody is asking for is kept for later; nothing is said
-//! that the test does not say, but for `Pong` where a test does not look at pings.
+//! In: an address, messages, bytes. Out: messages.
+//!
+//! Invariants: every wait has a deadline. A message on a channel that the test does not read now is kept for later. The
+//! client sends nothing by itself, except `Pong` where a test does not handle pings.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
@@ -15,11 +17,11 @@ use hopes_protocol::{
 };
 use tungstenite::{ClientRequestBuilder, WebSocket};
 
-/// How long a daemon may take to say something.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// The longest wait for a message of the daemon.
+const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// For questions about the daemon itself: a channel that no test takes.
-const ASKING: u32 = 0xA5C;
+/// The channel of questions about the daemon itself. No test uses it for other things.
+const STATUS_CHANNEL: u32 = 0xA5C;
 
 /// A connected socket of any kind.
 pub enum Socket {
@@ -37,33 +39,33 @@ impl Socket {
             Some(("ws", host)) => Self::Web(Box::new(Web::connect(host)?)),
             _ => panic!("{address:?} is no address"),
         };
-        socket.set_patience(PATIENCE)?;
+        socket.set_timeout(TIMEOUT)?;
         Ok(socket)
     }
 
-    fn set_patience(&self, patience: Duration) -> io::Result<()> {
+    fn set_timeout(&self, timeout: Duration) -> io::Result<()> {
         let of_tcp = |stream: &TcpStream| {
-            stream.set_read_timeout(Some(patience)).and_then(|()| stream.set_write_timeout(Some(PATIENCE)))
+            stream.set_read_timeout(Some(timeout)).and_then(|()| stream.set_write_timeout(Some(TIMEOUT)))
         };
         match self {
             Self::Unix(stream) => {
-                stream.set_read_timeout(Some(patience)).and_then(|()| stream.set_write_timeout(Some(PATIENCE)))
+                stream.set_read_timeout(Some(timeout)).and_then(|()| stream.set_write_timeout(Some(TIMEOUT)))
             }
             Self::Tcp(stream) => of_tcp(stream),
             Self::Web(web) => of_tcp(&web.stream),
         }
     }
 
-    fn set_write_patience(&self, patience: Duration) -> io::Result<()> {
+    fn set_write_timeout(&self, timeout: Duration) -> io::Result<()> {
         match self {
-            Self::Unix(stream) => stream.set_write_timeout(Some(patience)),
-            Self::Tcp(stream) => stream.set_write_timeout(Some(patience)),
-            Self::Web(web) => web.stream.set_write_timeout(Some(patience)),
+            Self::Unix(stream) => stream.set_write_timeout(Some(timeout)),
+            Self::Tcp(stream) => stream.set_write_timeout(Some(timeout)),
+            Self::Web(web) => web.stream.set_write_timeout(Some(timeout)),
         }
     }
 
     fn shutdown(&self, how: Shutdown) {
-        // Who is gone already needs no farewell.
+        // The other side may have closed already, which is no error here.
         let _ = match self {
             Self::Unix(stream) => stream.shutdown(how),
             Self::Tcp(stream) => stream.shutdown(how),
@@ -80,8 +82,8 @@ impl Socket {
         }
     }
 
-    /// Writes what is taken at once; how much that was.
-    pub fn write_at_once(&self, bytes: &[u8]) -> io::Result<usize> {
+    /// Writes without waiting. Returns the number of bytes that were accepted.
+    pub fn write_nonblocking(&self, bytes: &[u8]) -> io::Result<usize> {
         let set = |is_nonblocking| match self {
             Self::Unix(stream) => stream.set_nonblocking(is_nonblocking),
             Self::Tcp(stream) => stream.set_nonblocking(is_nonblocking),
@@ -125,22 +127,22 @@ impl Write for Socket {
     }
 }
 
-/// The protocol's bytes in a WebSocket, as a browser has it: by a library that the daemon does not use.
+/// The protocol in a WebSocket, as a browser uses it. The library is not the daemon's own.
 pub struct Web {
     /// The connection below.
     stream: TcpStream,
     pub socket: WebSocket<TcpStream>,
-    /// What has come in a message and was not read yet.
+    /// Received bytes that are not read yet.
     rest: VecDeque<u8>,
-    /// Why the daemon has closed it.
+    /// The code with which the daemon closed the WebSocket.
     pub closed: Option<u16>,
 }
 
 impl Web {
-    /// Connects to the page at `HOST:PORT`, as that page does.
+    /// Connects to `/ws` of the page at `HOST:PORT` with the headers that the page sends.
     fn connect(host: &str) -> io::Result<Self> {
         let stream = TcpStream::connect(host)?;
-        stream.set_read_timeout(Some(PATIENCE))?;
+        stream.set_read_timeout(Some(TIMEOUT))?;
         let request = ClientRequestBuilder::new(format!("ws://{host}/ws").parse().unwrap())
             .with_header("Origin", format!("http://{host}"))
             .with_sub_protocol("hopes");
@@ -160,7 +162,7 @@ impl Read for Web {
                 Ok(tungstenite::Message::Text(text)) => panic!("the daemon sends no text such as {text:?}"),
                 Ok(_) => {}
                 Err(tungstenite::Error::Io(error)) => return Err(error),
-                // Closed, politely or not.
+                // Closed, with or without a closing handshake.
                 Err(_) => return Ok(0),
             }
         }
@@ -186,28 +188,28 @@ impl Write for Web {
 pub struct Client {
     pub socket: Socket,
     decoder: Decoder,
-    /// What came on channels that nobody has asked for yet.
+    /// Messages on channels that the test has not read yet.
     aside: VecDeque<(u32, Message)>,
     token: u64,
 }
 
 impl Client {
-    /// Connects and says nothing.
-    pub fn silent(address: &str) -> Self {
-        let socket = Socket::connect(address).unwrap_or_else(|error| panic!("nobody at {address}: {error}"));
+    /// Connects and sends nothing.
+    pub fn without_banner(address: &str) -> Self {
+        let socket = Socket::connect(address).unwrap_or_else(|error| panic!("cannot connect to {address}: {error}"));
         Self { socket, decoder: Decoder::new(LARGEST_FRAME), aside: VecDeque::new(), token: 0 }
     }
 
     /// Connects and exchanges banners.
     pub fn new(address: &str) -> Self {
-        let mut client = Self::silent(address);
+        let mut client = Self::without_banner(address);
         client.write(&Banner::OURS.encode());
         assert_eq!(client.banner(), Banner::OURS);
         client
     }
 
-    /// Connects, exchanges banners, and is welcome.
-    pub fn greeted(address: &str) -> Self {
+    /// Connects, exchanges banners, sends `Hello` and reads `Welcome`.
+    pub fn with_hello(address: &str) -> Self {
         let mut client = Self::new(address);
         client.hello();
         client
@@ -223,7 +225,7 @@ impl Client {
         }
     }
 
-    /// The daemon's banner, if it comes.
+    /// The daemon's banner. None if the daemon closes the connection.
     pub fn try_banner(&mut self) -> Option<Banner> {
         loop {
             match self.decoder.banner() {
@@ -234,12 +236,12 @@ impl Client {
         }
     }
 
-    /// Takes frames of this version from here on.
-    pub fn speaks(&mut self, version: u16) {
+    /// Sets the version of the frames to read.
+    pub fn set_version(&mut self, version: u16) {
         self.decoder.set_version(version);
     }
 
-    /// Says hello and is welcome.
+    /// Sends `Hello` and reads `Welcome`.
     pub fn hello(&mut self) -> Welcome {
         match self.ask(0, hello()) {
             Message::Welcome(welcome) => welcome,
@@ -247,15 +249,16 @@ impl Client {
         }
     }
 
-    // ---- speaking
+    // ---- sending
 
     pub fn try_write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.socket.write_all(bytes)
     }
 
-    /// Writes as long as something is taken within some time; false once the connection is broken.
-    pub fn try_write_for(&mut self, bytes: &[u8], patience: Duration) -> bool {
-        self.socket.set_write_patience(patience).is_ok()
+    /// Writes until everything is written, or nothing is accepted for that long. Returns false once the connection is
+    /// broken.
+    pub fn try_write_for(&mut self, bytes: &[u8], timeout: Duration) -> bool {
+        self.socket.set_write_timeout(timeout).is_ok()
             && match self.socket.write(bytes) {
                 Ok(_) => true,
                 Err(error) => matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut),
@@ -270,97 +273,97 @@ impl Client {
         self.write(&bytes(channel, message));
     }
 
-    /// Says something and hears the answer on the same channel.
+    /// Sends a message and returns the answer on the same channel.
     pub fn ask(&mut self, channel: u32, message: impl Into<Message>) -> Message {
         self.send(channel, message);
-        self.hear_on(channel)
+        self.receive_on(channel)
     }
 
-    /// Says something that is answered with an error. Its code.
+    /// Sends a message and expects an error. Returns its code.
     pub fn is_refused(&mut self, channel: u32, message: impl Into<Message>) -> u16 {
         let message = message.into();
         self.send(channel, message.clone());
-        let report = self.error_on(channel);
+        let report = self.expect_error_on(channel);
         assert_eq!(report.answers, message.kind(), "{report:?}");
         report.code
     }
 
-    /// The next message on a channel, which is an error.
-    pub fn error_on(&mut self, channel: u32) -> Report {
-        match self.hear_on(channel) {
+    /// The next message on a channel, which must be an error.
+    pub fn expect_error_on(&mut self, channel: u32) -> Report {
+        match self.receive_on(channel) {
             Message::Error(report) => report,
             other => panic!("an error is due, not {}", brief(&other)),
         }
     }
 
-    /// Waits until the daemon has dealt with everything said so far that needs no engine.
+    /// Waits until the daemon has handled every message sent so far that needs no engine.
     pub fn ping(&mut self) {
         self.token += 1;
         let token = self.token;
         self.send(0, Ping { token });
-        assert_eq!(self.hear_on(0), Message::Pong(Pong { token }));
+        assert_eq!(self.receive_on(0), Message::Pong(Pong { token }));
     }
 
-    /// Everything that has been said to this client until now and was not asked for.
-    pub fn settle(&mut self) -> Vec<(u32, Message)> {
-        // A writer takes from everywhere before it comes to the second answer.
+    /// All messages received so far that the test has not read.
+    pub fn drain(&mut self) -> Vec<(u32, Message)> {
+        // The writer thread sends what is queued everywhere before it sends the second pong.
         self.ping();
         self.ping();
         self.aside.drain(..).collect()
     }
 
-    /// How the daemon is.
+    /// The daemon's status.
     pub fn status(&mut self) -> Status {
-        match self.ask(ASKING, StatusWanted {}) {
+        match self.ask(STATUS_CHANNEL, StatusWanted {}) {
             Message::Status(status) => status,
             other => panic!("Status is due, not {}", brief(&other)),
         }
     }
 
-    /// Streams that match.
+    /// The streams that match.
     pub fn list(&mut self, pattern: &str) -> Vec<StreamInfo> {
-        match self.ask(ASKING, hopes_protocol::ListStreams { pattern: pattern.to_owned() }) {
+        match self.ask(STATUS_CHANNEL, hopes_protocol::ListStreams { pattern: pattern.to_owned() }) {
             Message::Streams(Streams { streams }) => streams,
             other => panic!("Streams is due, not {}", brief(&other)),
         }
     }
 
-    /// Says goodbye, and hears all that is still to come, the daemon's goodbye at last.
+    /// Sends `Goodbye`. Returns all messages until the daemon's `Goodbye`, which is the last.
     pub fn part(mut self) -> Vec<(u32, Message)> {
         self.send(0, Goodbye { reason: "done".to_owned(), streams: Vec::new() });
         self.rest()
     }
 
-    /// Sends nothing more, but goes on listening.
-    pub fn stop_speaking(&self) {
+    /// Closes the sending direction.
+    pub fn shutdown_write(&self) {
         self.socket.shutdown(Shutdown::Write);
     }
 
-    // ---- listening
+    // ---- receiving
 
-    /// The next message; none once the daemon has closed the connection.
+    /// The next message. None once the daemon has closed the connection.
     pub fn next(&mut self) -> Option<(u32, Message)> {
         match self.aside.pop_front() {
             Some(kept) => Some(kept),
-            None => self.receive(),
+            None => self.receive_any(),
         }
     }
 
-    /// The next message that is no sign of life; such are answered where they have to be.
-    pub fn hear(&mut self) -> Option<(u32, Message)> {
+    /// The next message that is not a ping, pong or heartbeat. Pings are answered.
+    pub fn receive(&mut self) -> Option<(u32, Message)> {
         match self.aside.pop_front() {
             Some(kept) => Some(kept),
-            None => self.receive_no_sign_of_life(),
+            None => self.receive_skipping_heartbeats(),
         }
     }
 
     /// The next message on a channel.
-    pub fn hear_on(&mut self, channel: u32) -> Message {
+    pub fn receive_on(&mut self, channel: u32) -> Message {
         if let Some(place) = self.aside.iter().position(|(other, _)| *other == channel) {
             return self.aside.remove(place).expect("it was there").1;
         }
         loop {
-            match self.receive_no_sign_of_life() {
+            match self.receive_skipping_heartbeats() {
                 Some((on, message)) if on == channel => return message,
                 Some(other) => self.aside.push_back(other),
                 None => panic!("the connection ended while an answer was due; there came {}", brief(&self.aside)),
@@ -368,13 +371,13 @@ impl Client {
         }
     }
 
-    /// All that still comes until the daemon closes the connection.
+    /// All messages until the daemon closes the connection.
     pub fn rest(&mut self) -> Vec<(u32, Message)> {
-        std::iter::from_fn(|| self.hear()).collect()
+        std::iter::from_fn(|| self.receive()).collect()
     }
 
-    /// The daemon ends the connection, after an error of that code and its goodbye.
-    pub fn is_cut_off(&mut self, code: u16) {
+    /// Expects an error with this code, a `Goodbye`, and the end of the connection.
+    pub fn expect_disconnect(&mut self, code: u16) {
         let rest = self.rest();
         let [.., (0, Message::Error(report)), (0, Message::Goodbye(_))] = &rest[..] else {
             panic!("an error and goodbye are due, not {}", brief(&rest))
@@ -382,11 +385,11 @@ impl Client {
         assert_eq!((report.code, report.answers), (code, 0), "{report:?}");
     }
 
-    fn receive_no_sign_of_life(&mut self) -> Option<(u32, Message)> {
+    fn receive_skipping_heartbeats(&mut self) -> Option<(u32, Message)> {
         loop {
-            match self.receive() {
+            match self.receive_any() {
                 Some((0, Message::Ping(Ping { token }))) => {
-                    // A daemon that is ending reads no more.
+                    // A daemon that is shutting down reads no more.
                     let _ = self.try_write(&bytes(0, Pong { token }));
                 }
                 Some((_, Message::Heartbeat(_))) => {}
@@ -395,7 +398,7 @@ impl Client {
         }
     }
 
-    fn receive(&mut self) -> Option<(u32, Message)> {
+    fn receive_any(&mut self) -> Option<(u32, Message)> {
         loop {
             if let Some(frame) = self.decoder.frame().expect("the daemon sends frames") {
                 return Some((frame.channel, frame.message().expect("the daemon sends what can be read")));
@@ -406,7 +409,7 @@ impl Client {
         }
     }
 
-    /// Whether something came.
+    /// Whether bytes were received.
     fn read(&mut self) -> bool {
         let mut bytes = [0; 1 << 16];
         match self.socket.read(&mut bytes) {
@@ -417,18 +420,18 @@ impl Client {
             }
             Err(error) if matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::BrokenPipe) => false,
             Err(error) => {
-                panic!("the daemon says nothing within {PATIENCE:?}: {error}; kept is {}", brief(&self.aside))
+                panic!("the daemon says nothing within {TIMEOUT:?}: {error}; kept is {}", brief(&self.aside))
             }
         }
     }
 }
 
-/// As much of a message as somebody wants to read.
+/// The beginning of a message's debug output.
 pub fn brief(message: &impl std::fmt::Debug) -> String {
     format!("{message:?}").chars().take(500).collect()
 }
 
-/// A message as bytes.
+/// The frame of a message.
 pub fn bytes(channel: u32, message: impl Into<Message>) -> Vec<u8> {
     encode(VERSION, channel, &message.into()).expect("it fits into a frame")
 }

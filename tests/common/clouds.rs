@@ -1,11 +1,12 @@
-//! Clouds of every kind that makes trouble, as proptest strategies: floats, ties, circles, lines, far and tiny ones.
+//! Clouds of every difficult kind as proptest strategies: floats, ties, circles, lines, far and tiny clouds.
 
 use proptest::prelude::*;
 use proptest::sample::{SizeRange, select};
 
 pub type Point = [f64; 2];
 
-/// So many cases, unless `PROPTEST_CASES` says otherwise. A failing case prints itself: no file of seeds is needed.
+/// The number of cases, unless `PROPTEST_CASES` sets another one. A failing case prints itself, so no file of seeds is
+/// needed.
 pub fn cases(count: u32) -> ProptestConfig {
     ProptestConfig {
         cases: count,
@@ -16,48 +17,48 @@ pub fn cases(count: u32) -> ProptestConfig {
     }
 }
 
-/// Where points may lie.
+/// Where points lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ground {
+pub enum Placement {
     /// Anywhere in the unit square: no ties.
     Uniform,
     /// A small integer lattice: many ties, squares and duplicates.
     Lattice,
-    /// The same at a step of 0.1: ties are off by an ulp.
+    /// The same with a step of 0.1: ties differ by an ulp.
     RoundedLattice,
-    /// Parallel to the x axis.
+    /// On a line parallel to the x axis.
     Horizontal,
-    /// Parallel to the y axis.
+    /// On a line parallel to the y axis.
     Vertical,
     /// Exactly on an oblique line.
     Oblique,
-    /// Off an oblique line by some 1e-13.
+    /// Some 1e-13 beside an oblique line.
     NearlyCollinear,
-    /// Integer points of circles of this radius (5, 25 or 65) that overlap.
+    /// Integer points of overlapping circles of this radius (5, 25 or 65).
     Circles(i32),
     /// Uniform, 1e8 from the origin.
     Far,
-    /// A lattice, 1e8 from the origin.
+    /// A small integer lattice, 1e8 from the origin.
     FarLattice,
     /// Uniform, of size 1e-9.
     Tiny,
-    /// Some of this, some of that.
+    /// A mixture of several of these.
     Mixture,
 }
 
-use Ground::*;
+use Placement::*;
 
-impl Ground {
-    /// Exact lines: a cloud on one of them is not triangulated.
-    pub const LINES: [Ground; 3] = [Horizontal, Vertical, Oblique];
+impl Placement {
+    /// Exact lines. A cloud on one of them has no triangulation.
+    pub const LINES: [Placement; 3] = [Horizontal, Vertical, Oblique];
 
-    /// Where coordinates are small integers, or such times a power of two: ties are exact.
-    pub const INTEGERS: [Ground; 7] = [Lattice, Horizontal, Vertical, Oblique, Circles(5), Circles(25), Circles(65)];
+    /// Coordinates are small integers, or such times a power of two. Ties are exact.
+    pub const INTEGERS: [Placement; 7] = [Lattice, Horizontal, Vertical, Oblique, Circles(5), Circles(25), Circles(65)];
 
-    /// Where lengths, radii and angles tie with probability 0 only.
-    pub const TIE_FREE: [Ground; 3] = [Uniform, Far, Tiny];
+    /// Lengths, radii and angles tie with probability 0 only.
+    pub const TIE_FREE: [Placement; 3] = [Uniform, Far, Tiny];
 
-    pub fn any() -> impl Strategy<Value = Ground> {
+    pub fn any() -> impl Strategy<Value = Placement> {
         select(vec![
             Uniform,
             Lattice,
@@ -123,16 +124,16 @@ pub fn circle(radius: i32) -> Vec<[i32; 2]> {
 /// Clouds of any kind.
 pub fn clouds(count: impl Into<SizeRange>) -> impl Strategy<Value = Vec<Point>> {
     let count = count.into();
-    Ground::any().prop_flat_map(move |ground| ground.points(count.clone()))
+    Placement::any().prop_flat_map(move |placement| placement.points(count.clone()))
 }
 
-/// Clouds on one of these grounds.
-pub fn clouds_on(grounds: &'static [Ground], count: impl Into<SizeRange>) -> impl Strategy<Value = Vec<Point>> {
+/// Clouds of these kinds.
+pub fn clouds_on(placements: &'static [Placement], count: impl Into<SizeRange>) -> impl Strategy<Value = Vec<Point>> {
     let count = count.into();
-    select(grounds).prop_flat_map(move |ground| ground.points(count.clone()))
+    select(placements).prop_flat_map(move |placement| placement.points(count.clone()))
 }
 
-/// A cloud and the same in another order.
+/// A cloud, and the same cloud in another order.
 pub fn shuffled(clouds: impl Strategy<Value = Vec<Point>>) -> impl Strategy<Value = (Vec<Point>, Vec<Point>)> {
     clouds.prop_flat_map(|cloud| (Just(cloud.clone()), Just(cloud).prop_shuffle()))
 }

@@ -1,6 +1,6 @@
-//! A daemon that does what a test tells it: it listens on a Unix socket or over TCP, and the test says every word.
+//! A scripted daemon: it listens on a Unix socket or over TCP, and the test sends every message.
 //!
-//! All waiting has a deadline.
+//! Every wait has a deadline.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -15,10 +15,10 @@ use tempfile::TempDir;
 
 use super::process::eventually;
 
-/// How long a client may take to say something.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// The longest wait for a message of the client.
+const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// Somebody who listens.
+/// A listener of either kind.
 pub enum FakeDaemon {
     Unix(UnixListener, TempDir),
     Tcp(TcpListener),
@@ -38,7 +38,7 @@ impl FakeDaemon {
         Self::Tcp(listener)
     }
 
-    /// Where it listens.
+    /// The address at which it listens.
     pub fn address(&self) -> String {
         match self {
             Self::Unix(_, folder) => format!("unix:{}", folder.path().join("socket").display()),
@@ -46,14 +46,14 @@ impl FakeDaemon {
         }
     }
 
-    /// The next client, as it comes.
+    /// The next connection.
     pub fn accept(&self) -> Peer {
         let stream = eventually("a client comes", || match self.try_accept() {
             Ok(stream) => Some(stream),
             Err(error) if error.kind() == ErrorKind::WouldBlock => None,
             Err(error) => panic!("{error}"),
         });
-        stream.set_patience(PATIENCE).unwrap();
+        stream.set_timeout(TIMEOUT).unwrap();
         Peer { stream, decoder: Decoder::new(LARGEST_FRAME) }
     }
 
@@ -72,7 +72,7 @@ impl FakeDaemon {
         })
     }
 
-    /// The next client, greeted.
+    /// The next connection, after banners, `Hello` and `Welcome`.
     pub fn greet(&self) -> Peer {
         self.greet_as(welcome())
     }
@@ -90,23 +90,23 @@ impl FakeDaemon {
 
 /// A socket of either kind.
 trait Stream: Read + Write {
-    /// How long it waits at the most.
-    fn set_patience(&self, patience: Duration) -> io::Result<()>;
+    /// Sets the longest wait.
+    fn set_timeout(&self, timeout: Duration) -> io::Result<()>;
 }
 
 impl Stream for UnixStream {
-    fn set_patience(&self, patience: Duration) -> io::Result<()> {
-        self.set_read_timeout(Some(patience)).and_then(|()| self.set_write_timeout(Some(PATIENCE)))
+    fn set_timeout(&self, timeout: Duration) -> io::Result<()> {
+        self.set_read_timeout(Some(timeout)).and_then(|()| self.set_write_timeout(Some(TIMEOUT)))
     }
 }
 
 impl Stream for TcpStream {
-    fn set_patience(&self, patience: Duration) -> io::Result<()> {
-        self.set_read_timeout(Some(patience)).and_then(|()| self.set_write_timeout(Some(PATIENCE)))
+    fn set_timeout(&self, timeout: Duration) -> io::Result<()> {
+        self.set_read_timeout(Some(timeout)).and_then(|()| self.set_write_timeout(Some(TIMEOUT)))
     }
 }
 
-/// What a daemon says of itself.
+/// The `Welcome` of this daemon.
 pub fn welcome() -> Welcome {
     Welcome {
         software: "fake".to_owned(),
@@ -119,14 +119,14 @@ pub fn welcome() -> Welcome {
     }
 }
 
-/// A client, seen from the daemon.
+/// A client's connection, seen from the daemon.
 pub struct Peer {
     stream: Box<dyn Stream>,
     decoder: Decoder,
 }
 
 impl Peer {
-    /// What the client speaks.
+    /// The client's banner.
     pub fn banner(&mut self) -> Banner {
         loop {
             if let Some(banner) = self.decoder.banner().unwrap() {
@@ -136,7 +136,7 @@ impl Peer {
         }
     }
 
-    /// Its next message; none once it has closed the connection.
+    /// Its next message. None once it has closed the connection.
     pub fn next(&mut self) -> Option<(u32, Message)> {
         loop {
             if let Some(frame) = self.decoder.frame().unwrap() {
@@ -149,10 +149,10 @@ impl Peer {
         }
     }
 
-    /// Its next message, if one comes within that time.
+    /// Its next message, if one arrives within that time.
     pub fn next_within(&mut self, time: Duration) -> Option<(u32, Message)> {
         let deadline = Instant::now() + time;
-        self.stream.set_patience(Duration::from_millis(10)).unwrap();
+        self.stream.set_timeout(Duration::from_millis(10)).unwrap();
         let next = loop {
             if let Some(frame) = self.decoder.frame().unwrap() {
                 break Some((frame.channel, frame.message().unwrap()));
@@ -161,11 +161,11 @@ impl Peer {
                 break None;
             }
         };
-        self.stream.set_patience(PATIENCE).unwrap();
+        self.stream.set_timeout(TIMEOUT).unwrap();
         next
     }
 
-    /// Whether anything can still come.
+    /// Whether bytes were received.
     fn read(&mut self) -> bool {
         let mut bytes = [0; 4096];
         match self.stream.read(&mut bytes) {
@@ -188,13 +188,13 @@ impl Peer {
         self.write(&bytes);
     }
 
-    /// Says goodbye and closes the connection.
-    pub fn leave(mut self, streams: &[(&str, u64)]) {
+    /// Sends `Goodbye` and closes the connection.
+    pub fn goodbye(mut self, streams: &[(&str, u64)]) {
         let streams = streams.iter().map(|&(name, frame)| (name.to_owned(), frame)).collect();
         self.send(0, Goodbye { reason: "going home".to_owned(), streams });
     }
 
-    /// A producer opens a stream. What it asked for, and its channel.
+    /// Answers a producer's `Open`. Returns its channel and the `Open`.
     pub fn open(&mut self, largest_batch: u32) -> (u32, Open) {
         let Some((channel, Message::Open(open))) = self.next() else { panic!("Open comes first") };
         let (window, resolution) = (open.window.unwrap_or(Window::All), open.resolution);
@@ -202,16 +202,16 @@ impl Peer {
         (channel, open)
     }
 
-    /// A consumer subscribes.
-    pub fn subscribed(&mut self) -> (u32, Subscribe) {
+    /// Answers nothing. Returns the channel and the `Subscribe` of a consumer.
+    pub fn expect_subscribe(&mut self) -> (u32, Subscribe) {
         match self.next() {
             Some((channel, Message::Subscribe(subscribe))) => (channel, subscribe),
             other => panic!("Subscribe is due, not {other:?}"),
         }
     }
 
-    /// It answers a ping, whatever else it says before.
-    pub fn pings(&mut self, token: u64) {
+    /// Waits for the client's pong with this token. Other messages before it are ignored.
+    pub fn ping_and_wait(&mut self, token: u64) {
         self.send(0, Ping { token });
         loop {
             match self.next() {
@@ -222,8 +222,9 @@ impl Peer {
         }
     }
 
-    /// It says goodbye and goes, whatever else it says before. The reason.
-    pub fn parts(&mut self) -> String {
+    /// Waits for the client's `Goodbye` and the end of the connection. Other messages before it are ignored. Returns
+    /// the reason.
+    pub fn expect_goodbye(&mut self) -> String {
         let mut reason = None;
         while let Some((_, message)) = self.next() {
             assert!(reason.is_none(), "goodbye is the last message, but {message:?} comes");

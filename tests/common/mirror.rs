@@ -1,4 +1,4 @@
-//! A consumer of `hopes serve`: holds what the lines have told it, and nothing else.
+//! A consumer of the JSON lines of `hopes serve`: it holds only what the lines say.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::reply::{Picture, place, segment};
 
-/// A line of `serve`; a key that is not known here is an error.
+/// A line of `serve`. An unknown key is an error.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FrameLine {
@@ -70,11 +70,11 @@ impl FrameLine {
     }
 }
 
-/// What a consumer holds.
+/// The content of a consumer.
 #[derive(Debug, Default)]
 pub struct Mirror {
     frame: u64,
-    /// The largest name ever given.
+    /// The largest id so far.
     newest: Option<u64>,
     vertices: BTreeMap<u64, [f64; 2]>,
     edges: BTreeSet<[u64; 2]>,
@@ -89,8 +89,8 @@ impl Mirror {
         mirror
     }
 
-    /// Applies a line. It must be the next, change nothing that is not there, say nothing that is known, and prove that we
-    /// hold what was meant.
+    /// Applies a line. It must be the next frame, remove only what is there, add only what is not there, and have the
+    /// right checksum.
     pub fn follow(&mut self, line: &FrameLine) {
         assert_eq!((line.from, line.frame), (self.frame, self.frame + 1), "frames follow one another");
         self.frame = line.frame;
@@ -137,7 +137,7 @@ impl Mirror {
         }
     }
 
-    /// The view without names.
+    /// The view without ids.
     pub fn picture(&self) -> Picture {
         let segment = |edge: &[u64; 2]| segment(edge.map(|end| self.vertices[&end]));
         Picture {
@@ -147,7 +147,7 @@ impl Mirror {
         }
     }
 
-    /// The checksum of what we hold, by its definition.
+    /// The checksum of the content, by its definition.
     pub fn checksum(&self) -> String {
         let vertices = self.vertices.iter().map(|(&id, &[x, y])| hash(&[1, id, x.to_bits(), y.to_bits()]));
         let edges = self.edges.iter().map(|&[a, b]| hash(&[2, a, b]));
@@ -158,7 +158,7 @@ impl Mirror {
     }
 }
 
-/// The definition, in numbers so large that nothing wraps by itself.
+/// The definition, in numbers so large that nothing overflows.
 fn hash(words: &[u64]) -> u64 {
     const MODULUS: u128 = 1 << 64;
     let mut h: u128 = 0;

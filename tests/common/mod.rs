@@ -1,4 +1,4 @@
-//! What integration tests share: the cases, clouds of every kind, skeletons from scratch.
+//! Shared parts of the integration tests: the cases, clouds of every kind, skeletons from scratch.
 #![allow(dead_code, missing_docs)]
 
 pub mod by_position;
@@ -8,19 +8,19 @@ pub mod clouds;
 #[cfg(feature = "daemon")]
 pub mod fake_daemon;
 #[cfg(feature = "daemon")]
+pub mod growing_stream;
+#[cfg(feature = "daemon")]
 pub mod mirror;
 pub mod model;
 pub mod naive;
-pub mod plot;
+#[cfg(feature = "daemon")]
+pub mod peers;
 #[cfg(feature = "daemon")]
 pub mod process;
 pub mod random;
+pub mod random_script;
 #[cfg(feature = "daemon")]
 pub mod reply;
-#[cfg(feature = "daemon")]
-pub mod roles;
-#[cfg(feature = "daemon")]
-pub mod scene;
 pub mod script;
 #[cfg(feature = "daemon")]
 pub mod window;

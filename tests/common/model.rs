@@ -1,4 +1,4 @@
-//! The cloud and its window once more, in the plainest way: a list of points, searched from end to end.
+//! A reference model of the cloud and its window: a plain list of points, searched from end to end.
 
 use std::num::NonZeroU64;
 
@@ -6,7 +6,7 @@ use hopes::topology::Window;
 
 use super::clouds::Point;
 
-/// A window that prints as what one writes in a test.
+/// A window whose debug output is the code that makes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kept {
     All,
@@ -27,20 +27,21 @@ impl Kept {
     }
 }
 
-/// A point with when it came.
+/// A point and its arrival.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     at: Point,
     frame: u64,
-    /// Event time; only time windows look at it.
+    /// The event time. Only time windows use it.
     time: f64,
 }
 
-/// A vertex' life: from its first point until no point is left, where lives that a commit has seen end at commits.
+/// The lifetime of a vertex, from its first point until no point is left. A lifetime that a commit has seen ends at a
+/// commit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Life {
+pub struct Lifetime {
     pub at: Point,
-    /// Lives are counted in order of first appearance.
+    /// Lifetimes are numbered in order of first appearance.
     pub number: usize,
     committed: bool,
 }
@@ -52,11 +53,11 @@ pub struct Model {
     resolution: Option<f64>,
     /// In order of arrival.
     entries: Vec<Entry>,
-    lives: Vec<Life>,
+    lifetimes: Vec<Lifetime>,
     lives_begun: usize,
     newest: Option<f64>,
     frame: u64,
-    committed: Vec<Life>,
+    committed: Vec<Lifetime>,
     committed_points: usize,
 }
 
@@ -66,7 +67,7 @@ impl Model {
             kept,
             resolution,
             entries: Vec::new(),
-            lives: Vec::new(),
+            lifetimes: Vec::new(),
             lives_begun: 0,
             newest: None,
             frame: 1,
@@ -75,7 +76,7 @@ impl Model {
         }
     }
 
-    /// Whether the point was taken.
+    /// Inserts a point. Returns whether it was accepted.
     pub fn insert(&mut self, point: Point, time: Option<f64>) -> bool {
         let Some(at) = self.place(point) else { return false };
         let time = match (self.kept, time.or(self.newest)) {
@@ -85,15 +86,15 @@ impl Model {
         };
         self.newest = Some(self.newest.map_or(time, |newest| newest.max(time)));
         self.entries.push(Entry { at, frame: self.frame, time });
-        if !self.lives.iter().any(|life| life.at == at) {
-            self.lives.push(Life { at, number: self.lives_begun, committed: false });
+        if !self.lifetimes.iter().any(|life| life.at == at) {
+            self.lifetimes.push(Lifetime { at, number: self.lives_begun, committed: false });
             self.lives_begun += 1;
         }
         self.expire();
         true
     }
 
-    /// Whether there was a point to take back: the oldest one at the position.
+    /// Retracts the oldest point at a position. Returns whether there was one.
     pub fn retract(&mut self, point: Point) -> bool {
         let Some(at) = self.place(point) else { return false };
         let here = (0..self.entries.len()).filter(|&index| self.entries[index].at == at);
@@ -101,7 +102,7 @@ impl Model {
             return false;
         };
         self.entries.remove(oldest);
-        self.end_lives();
+        self.end_lifetimes();
         true
     }
 
@@ -115,14 +116,14 @@ impl Model {
             self.entries.retain(|entry| entry.frame + frames > self.frame);
         }
         self.frame += 1;
-        for life in &mut self.lives {
+        for life in &mut self.lifetimes {
             life.committed = false;
         }
-        self.end_lives();
-        for life in &mut self.lives {
+        self.end_lifetimes();
+        for life in &mut self.lifetimes {
             life.committed = true;
         }
-        self.committed = self.lives.clone();
+        self.committed = self.lifetimes.clone();
         self.committed_points = self.entries.len();
     }
 
@@ -137,11 +138,11 @@ impl Model {
     }
 
     /// The vertices at the last commit, in order of first appearance.
-    pub fn committed(&self) -> &[Life] {
+    pub fn committed(&self) -> &[Lifetime] {
         &self.committed
     }
 
-    /// The points in hand, in order of arrival.
+    /// The current points, in order of arrival.
     pub fn points(&self) -> Vec<Point> {
         self.entries.iter().map(|entry| entry.at).collect()
     }
@@ -156,7 +157,7 @@ impl Model {
             Some(step) => (v / step).round() * step,
             None => v,
         };
-        // No negative zero.
+        // Adding 0.0 turns a negative zero into a positive one.
         point.iter().all(|v| v.is_finite()).then(|| point.map(|v| snap(v) + 0.0))
     }
 
@@ -172,12 +173,12 @@ impl Model {
             }
             Kept::All | Kept::Frames(_) => return,
         }
-        self.end_lives();
+        self.end_lifetimes();
     }
 
-    /// Lives without a point end, unless a commit has seen them.
-    fn end_lives(&mut self) {
+    /// Ends lifetimes without a point, unless a commit has seen them.
+    fn end_lifetimes(&mut self) {
         let entries = &self.entries;
-        self.lives.retain(|life| life.committed || entries.iter().any(|entry| entry.at == life.at));
+        self.lifetimes.retain(|life| life.committed || entries.iter().any(|entry| entry.at == life.at));
     }
 }

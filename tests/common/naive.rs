@@ -1,21 +1,21 @@
 //! HoPeS by its definitions, for a dozen points: all pairs, all triples, a boundary matrix over GF(2).
 //!
-//! Nothing here knows of triangulations, flows or duals. A circle through three points or more that holds no point inside is taken
-//! with all its points, and cut into the fan around the smallest one.
+//! It uses no triangulations, flows or duals. An empty circle through three or more points is taken with all its
+//! points, and divided into the fan around the smallest one.
 
 use robust::Coord;
 
 use super::by_position::in_order;
 use super::clouds::{Point, distinct};
 
-/// A circle through at least three points, without a point inside.
+/// A circle through at least three points with no point inside.
 pub struct EmptyCircle {
-    /// All points on it, by position.
+    /// All points on it, sorted by position.
     pub on: Vec<Point>,
     pub radius: f64,
 }
 
-/// A dot by the definition.
+/// A dot by its definition.
 #[derive(Clone, Debug, PartialEq, PartialOrd)]
 pub struct NaiveDot {
     pub edge: [Point; 2],
@@ -26,9 +26,9 @@ pub struct NaiveDot {
 pub struct Naive {
     pub points: Vec<Point>,
     pub circles: Vec<EmptyCircle>,
-    /// In order of ends.
+    /// Sorted by ends.
     pub tree: Vec<[Point; 2]>,
-    /// In order of edges.
+    /// Sorted by edges.
     pub dots: Vec<NaiveDot>,
 }
 
@@ -42,7 +42,7 @@ impl Naive {
     }
 }
 
-/// All pairs of points, by (length, smaller end, larger end): the one total order.
+/// All pairs of points, sorted by (length, smaller end, larger end): the total order.
 pub fn pairs(points: &[Point]) -> Vec<[Point; 2]> {
     let mut pairs: Vec<(f64, [Point; 2])> = Vec::new();
     for (index, &a) in points.iter().enumerate() {
@@ -56,7 +56,7 @@ fn kruskal(points: &[Point]) -> Vec<[Point; 2]> {
     in_order(pairs(points).into_iter().filter(|&[a, b]| components.join(a, b)).collect())
 }
 
-/// Connected components of a graph on points, in the plainest way.
+/// Connected components of a graph on points, computed naively.
 pub struct Components {
     label: Vec<(Point, usize)>,
 }
@@ -70,7 +70,7 @@ impl Components {
         self.label.iter().find(|(at, _)| *at == point).expect("a point of the cloud").1
     }
 
-    /// Whether the two were apart.
+    /// Joins two components. Returns whether they were different.
     pub fn join(&mut self, a: Point, b: Point) -> bool {
         let (a, b) = (self.of(a), self.of(b));
         for (_, label) in self.label.iter_mut().filter(|(_, label)| *label == b) {
@@ -95,13 +95,14 @@ pub fn half_length([a, b]: [Point; 2]) -> f64 {
     length_squared(a, b).sqrt() / 2.0
 }
 
-/// Product of the sides over four times the area.
+/// The product of the sides divided by four times the area.
 pub fn circumradius([a, b, c]: [Point; 3]) -> f64 {
     let area = robust::orient2d(coord(a), coord(b), coord(c)).abs() / 2.0;
     (length_squared(a, b) * length_squared(b, c) * length_squared(c, a)).sqrt() / (4.0 * area)
 }
 
-/// Of the vectors from `apex` to the ends: negative when the angle is obtuse, 0 when it is right.
+/// The scalar product of the vectors from `apex` to the ends. It is negative if the angle is obtuse, and 0 if it is
+/// right.
 pub fn scalar_product(apex: Point, [a, b]: [Point; 2]) -> f64 {
     (a[0] - apex[0]) * (b[0] - apex[0]) + (a[1] - apex[1]) * (b[1] - apex[1])
 }
@@ -119,7 +120,7 @@ fn empty_circles(points: &[Point]) -> Vec<EmptyCircle> {
                 if turn == 0.0 || circles.iter().any(|circle| [a, b, c].iter().all(|p| circle.on.contains(p))) {
                     continue;
                 }
-                // Positive inside, for corners in counter-clockwise order.
+                // Positive if the point is inside, for corners in counter-clockwise order.
                 let inside = |p: Point| robust::incircle(coord(a), coord(b), coord(c), coord(p)) * turn.signum();
                 if points.iter().all(|&p| inside(p) <= 0.0) {
                     let on = points.iter().copied().filter(|&p| inside(p) == 0.0).collect();
@@ -135,7 +136,7 @@ fn empty_circles(points: &[Point]) -> Vec<EmptyCircle> {
 fn fan(on: &[Point]) -> Vec<[Point; 3]> {
     let (&apex, around) = on.split_first().expect("a circle has points");
     let mut around = around.to_vec();
-    // The apex is the smallest by x, then y: seen from it, slopes rise over half a turn.
+    // The apex is the smallest point by x, then y. Seen from it, slopes cover half a turn.
     around.sort_by(|&a, &b| 0.0.partial_cmp(&robust::orient2d(coord(apex), coord(a), coord(b))).expect("a number"));
     around.windows(2).map(|pair| in_order([apex, pair[0], pair[1]])).collect()
 }
@@ -155,7 +156,7 @@ fn persistence(points: &[Point], circles: &[EmptyCircle]) -> Vec<NaiveDot> {
     let enter = |edge: [Point; 2]| {
         if is_gabriel(edge) { Some(half_length(edge)) } else { radius_beside(edge) }
     };
-    // Stable: equal scales stay in the order of lengths and ends.
+    // The sort is stable: edges of equal scales keep the order of lengths and ends.
     let mut edges: Vec<([Point; 2], f64)> =
         pairs(points).into_iter().filter_map(|edge| Some((edge, enter(edge)?))).collect();
     edges.sort_by(|a, b| a.1.total_cmp(&b.1));

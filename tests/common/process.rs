@@ -1,6 +1,7 @@
-//! The program as a process: started, fed, listened to, sent signals, and never waited for without a deadline.
+//! The program as a process: tests start it, write to it, read from it and send it signals. Every wait has a deadline.
 //!
-//! `hopes("compute - --full").reads("0,0\n1,1\n")` runs it from beginning to end; `hopes("serve").start()` is a dialogue.
+//! `hopes("compute - --full").reads("0,0\n1,1\n")` runs it to its end. `hopes("serve").start()` starts it for a
+//! dialogue.
 
 use std::ffi::{OsStr, OsString};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -11,57 +12,57 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-/// How long anything may take before a test gives up, on a slow and busy machine.
-const PATIENCE: Duration = Duration::from_secs(100);
+/// The longest wait before a test fails, on a slow and busy machine.
+const TIMEOUT: Duration = Duration::from_secs(100);
 
-/// The program with its arguments, not started yet.
+/// The program with its arguments, before it is started.
 #[derive(Clone)]
 pub struct Hopes(Vec<OsString>);
 
-/// The program with arguments, separated by blanks.
+/// The program with arguments, separated by spaces.
 pub fn hopes(arguments: &str) -> Hopes {
     Hopes(arguments.split_whitespace().map(OsString::from).collect())
 }
 
 impl Hopes {
-    /// More arguments, separated by blanks.
+    /// Appends arguments, separated by spaces.
     pub fn and(&self, arguments: &str) -> Self {
         let mut more = self.clone();
         more.0.extend(hopes(arguments).0);
         more
     }
 
-    /// One argument more, such as a path with blanks.
+    /// Appends one argument, such as a path with spaces.
     pub fn with(&self, argument: impl AsRef<OsStr>) -> Self {
         let mut more = self.clone();
         more.0.push(argument.as_ref().to_owned());
         more
     }
 
-    /// Runs on an input to the end.
+    /// Runs to its end on an input.
     pub fn reads(&self, input: impl AsRef<[u8]>) -> Finished {
         let mut running = self.start();
         let (mut stdin, input) = (running.take_stdin(), input.as_ref().to_owned());
-        // That nobody wants all of the input is no failure.
+        // The process may end before it has read all of the input.
         let feeder = thread::spawn(move || drop(stdin.write_all(&input)));
         let finished = running.finish();
         feeder.join().unwrap();
         finished
     }
 
-    /// Runs on an empty input to the end.
+    /// Runs to its end on an empty input.
     pub fn runs(&self) -> Finished {
         self.reads("")
     }
 
-    /// As a command with other ends than pipes.
+    /// The command, for tests that need other things than pipes.
     pub fn command(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hopes"));
         command.args(&self.0).stdin(Stdio::null());
         command
     }
 
-    /// Starts a dialogue.
+    /// Starts the process for a dialogue.
     pub fn start(&self) -> Running {
         let mut command = self.command();
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -78,17 +79,17 @@ impl Hopes {
     }
 }
 
-/// What a process has left behind.
+/// The result of a process.
 #[derive(Debug, PartialEq)]
 pub struct Finished {
-    /// The exit code; none if a signal has killed it.
+    /// The exit code. None if a signal ended it.
     pub code: Option<i32>,
     pub out: Vec<u8>,
     pub err: String,
 }
 
 impl Finished {
-    /// It has done its work. What it wrote.
+    /// Expects success. Returns stdout.
     pub fn out(self) -> Vec<u8> {
         assert_eq!(self.code, Some(0), "{}", self.err);
         self.out
@@ -98,7 +99,7 @@ impl Finished {
         String::from_utf8(self.out()).expect("the output is text")
     }
 
-    /// It has failed with that code, said why in all of these words, and written nothing.
+    /// Expects this exit code, an empty stdout, and all of these words on stderr.
     pub fn fails(self, code: i32, words: &[&str]) {
         assert_eq!(self.code, Some(code), "{}", self.err);
         assert!(self.out.is_empty(), "stdout has {:?}", String::from_utf8_lossy(&self.out));
@@ -109,11 +110,11 @@ impl Finished {
     }
 }
 
-/// A process at work. It is killed when the test lets go of it.
+/// A running process. It is killed when this is dropped.
 pub struct Running {
     child: Child,
     stdin: Option<ChildStdin>,
-    /// Until somebody listens.
+    /// None once a thread reads it.
     stdout: Option<ChildStdout>,
     lines: Option<Receiver<Vec<u8>>>,
     log: Receiver<Vec<u8>>,
@@ -121,22 +122,22 @@ pub struct Running {
 }
 
 impl Running {
-    /// Feeds it.
+    /// Writes to its stdin.
     pub fn say(&mut self, input: impl AsRef<[u8]>) {
         self.stdin.as_mut().expect("stdin is open").write_all(input.as_ref()).expect("the program listens");
     }
 
-    /// Its stdin, for a thread of its own.
+    /// Its stdin, for another thread.
     pub fn take_stdin(&mut self) -> ChildStdin {
         self.stdin.take().expect("stdin is open")
     }
 
-    /// Its stdout, for those who do not want all of it.
+    /// Its stdout, for tests that do not read all of it.
     pub fn take_stdout(&mut self) -> ChildStdout {
         self.stdout.take().expect("nobody listens yet")
     }
 
-    /// The next line of its output; none at the end. From the first call on somebody listens.
+    /// The next line of its output. None at the end. The first call starts a thread that reads the output.
     pub fn line(&mut self) -> Option<String> {
         self.raw_line().map(|line| {
             let line = String::from_utf8(line).expect("the output is text");
@@ -146,17 +147,17 @@ impl Running {
 
     fn raw_line(&mut self) -> Option<Vec<u8>> {
         let lines = self.lines.get_or_insert_with(|| lines_of(self.stdout.take().expect("stdout is ours")));
-        match lines.recv_timeout(PATIENCE) {
+        match lines.recv_timeout(TIMEOUT) {
             Ok(line) => Some(line),
             Err(RecvTimeoutError::Disconnected) => None,
-            Err(RecvTimeoutError::Timeout) => panic!("no output within {PATIENCE:?}; the log is {:?}", self.logged),
+            Err(RecvTimeoutError::Timeout) => panic!("no output within {TIMEOUT:?}; the log is {:?}", self.logged),
         }
     }
 
-    /// Waits until it logs a line with that in it. The line.
+    /// Waits for a line of the log that contains `words`. Returns the line.
     pub fn until_log(&mut self, words: &str) -> String {
         loop {
-            let line = self.log.recv_timeout(PATIENCE);
+            let line = self.log.recv_timeout(TIMEOUT);
             let line = line.unwrap_or_else(|_| panic!("{words:?} never came in the log, only {:?}", self.logged));
             let line = String::from_utf8_lossy(&line);
             self.logged.push_str(&line);
@@ -174,7 +175,7 @@ impl Running {
         self.child.try_wait().unwrap().is_none()
     }
 
-    /// Closes its stdin, takes what it still has to say, and waits for its end.
+    /// Closes its stdin, reads the rest of its output, and waits for its end.
     pub fn finish(mut self) -> Finished {
         self.stdin = None;
         let mut out = Vec::new();
@@ -186,7 +187,7 @@ impl Running {
         self.end(out)
     }
 
-    /// Waits for its end, with stdin open (if it was) and with nobody to listen (if nobody did).
+    /// Waits for its end. An open stdin stays open, and an unread stdout stays unread.
     pub fn ends(self) -> Finished {
         self.end(Vec::new())
     }
@@ -194,43 +195,43 @@ impl Running {
     fn end(mut self, out: Vec<u8>) -> Finished {
         let child = &mut self.child;
         let status = eventually("the program ends", || child.try_wait().unwrap());
-        while let Ok(line) = self.log.recv_timeout(PATIENCE) {
+        while let Ok(line) = self.log.recv_timeout(TIMEOUT) {
             self.logged.push_str(&String::from_utf8_lossy(&line));
         }
         Finished { code: status.code(), out, err: std::mem::take(&mut self.logged) }
     }
 }
 
-/// What the system says of a process.
+/// What the operating system says about the process.
 #[cfg(target_os = "linux")]
 impl Running {
-    /// The most memory that it has ever had resident, in bytes.
+    /// The peak of its resident memory in bytes.
     pub fn peak_memory(&self) -> u64 {
         self.peak_if_alive().expect("it is alive")
     }
 
-    /// As that, of one that may have ended: then nothing is known.
+    /// The same for a process that may have ended. None in that case.
     pub fn peak_if_alive(&self) -> Option<u64> {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).ok()?;
         let peak = field(&status, "VmHWM").strip_suffix("kB")?.trim();
         Some(peak.parse::<u64>().ok()? * 1024)
     }
 
-    /// The time that it has spent on processors, in clock ticks.
+    /// The processor time it has used, in clock ticks.
     pub fn ticks(&self) -> u64 {
         let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).unwrap();
-        // The name, in brackets, may have anything in it.
+        // The name is in brackets and may contain anything.
         let (_, fields) = stat.rsplit_once(')').expect("the name ends");
         fields.split_whitespace().skip(11).take(2).map(|ticks| ticks.parse::<u64>().unwrap()).sum()
     }
 
-    /// Waits until it has read all that was said to it.
+    /// Waits until it has read all of its input.
     pub fn until_read(&self) {
         let stdin = self.stdin.as_ref().expect("stdin is open");
         eventually("all input is read", || (rustix::io::ioctl_fionread(stdin).unwrap() == 0).then_some(()));
     }
 
-    /// How many bytes of its output wait for a reader.
+    /// The number of bytes of its output that are not read.
     pub fn unread(&self) -> u64 {
         rustix::io::ioctl_fionread(self.stdout.as_ref().expect("nobody listens yet")).unwrap()
     }
@@ -241,7 +242,7 @@ impl Running {
         let tasks = format!("/proc/{}/task", self.child.id());
         let busy = || {
             std::fs::read_dir(&tasks).unwrap().any(|task| {
-                // A thread may end while we look.
+                // A thread may end meanwhile.
                 let status = std::fs::read_to_string(task.unwrap().path().join("status")).unwrap_or_default();
                 let mask = |name| u64::from_str_radix(field(&status, name), 16).unwrap_or(0);
                 ["SigPnd", "ShdPnd", "SigBlk"].into_iter().any(|name| mask(name) & bit != 0)
@@ -264,19 +265,19 @@ impl Drop for Running {
     }
 }
 
-/// Waits until there is an answer.
+/// Waits until `answer` returns a value.
 pub fn eventually<T>(what: &str, mut answer: impl FnMut() -> Option<T>) -> T {
-    let deadline = Instant::now() + PATIENCE;
+    let deadline = Instant::now() + TIMEOUT;
     loop {
         if let Some(answer) = answer() {
             return answer;
         }
-        assert!(Instant::now() < deadline, "within {PATIENCE:?} it never came that {what}");
+        assert!(Instant::now() < deadline, "within {TIMEOUT:?} it never came that {what}");
         thread::sleep(Duration::from_millis(2));
     }
 }
 
-/// Waits until there is a value that stays the same for that long.
+/// Waits until a value has not changed for the time `quiet`.
 pub fn settled<T: PartialEq>(quiet: Duration, mut value: impl FnMut() -> Option<T>) -> T {
     let (mut last, mut since) = (value(), Instant::now());
     eventually("things settle", || {
@@ -288,7 +289,7 @@ pub fn settled<T: PartialEq>(quiet: Duration, mut value: impl FnMut() -> Option<
     })
 }
 
-/// Reads lines, ends included, as they come.
+/// Sends lines, with their ends, as they are read.
 fn lines_of(source: impl Read + Send + 'static) -> Receiver<Vec<u8>> {
     let (sender, receiver) = channel();
     thread::spawn(move || {

@@ -1,6 +1,6 @@
-//! Random numbers that are the same at every run (SplitMix64).
+//! Random numbers that are the same in every run (SplitMix64).
 
-/// A source of them.
+/// A generator.
 pub struct Random(u64);
 
 impl Random {
@@ -15,12 +15,12 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From 0 to `end` - 1.
+    /// A number from 0 to `end` - 1.
     pub fn below(&mut self, end: u64) -> u64 {
         self.word() % end
     }
 
-    /// From 0 up to 1.
+    /// A number from 0 up to 1.
     pub fn unit(&mut self) -> f64 {
         (self.word() >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -30,12 +30,12 @@ impl Random {
         [self.unit(), self.unit()]
     }
 
-    /// A point with integer coordinates from 0 to `side` - 1: those soon repeat and tie.
+    /// A point with integer coordinates from 0 to `side` - 1. Such points soon repeat and tie.
     pub fn node(&mut self, side: u64) -> [f64; 2] {
         [self.below(side) as f64, self.below(side) as f64]
     }
 
-    /// Bytes of every kind.
+    /// Random bytes.
     pub fn bytes(&mut self, count: usize) -> Vec<u8> {
         let mut bytes = vec![0; count];
         for piece in bytes.chunks_mut(8) {

@@ -1,10 +1,10 @@
-//! What `hopes compute` replies as JSON, and what `hopes serve` calls the same things.
+//! The JSON output of `hopes compute`, and the same in `hopes serve`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Deserialize;
 
-/// The answer of `compute`; a key that is not known here is an error.
+/// The output of `compute`. An unknown key is an error.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reply {
@@ -82,7 +82,7 @@ impl Reply {
         self.vertices[vertex]
     }
 
-    /// Half the length of an edge: where it enters.
+    /// Half the length of an edge. This is the scale at which it enters the filtration.
     pub fn half_length(&self, edge: [usize; 2]) -> f64 {
         half_length(edge.map(|end| self.position(end)))
     }
@@ -92,7 +92,7 @@ impl Reply {
         self.dots.iter().find(|dot| dot.edge == edge).expect("a critical edge has a dot")
     }
 
-    /// The view without names.
+    /// The view without ids.
     pub fn picture(&self) -> Picture {
         let labels: BTreeMap<[usize; 2], [f64; 2]> =
             self.dots.iter().map(|dot| (dot.edge, [dot.birth, dot.death])).collect();
@@ -110,7 +110,7 @@ pub fn half_length([[ax, ay], [bx, by]]: [[f64; 2]; 2]) -> f64 {
     (ax - bx).hypot(ay - by) / 2.0
 }
 
-/// A view by positions instead of names, every bit of them.
+/// A view by positions instead of ids, compared bit for bit.
 #[derive(Debug, PartialEq)]
 pub struct Picture {
     pub vertices: BTreeSet<Place>,

@@ -1,7 +1,7 @@
-//! A stream's life as a list of steps: run against the engine and the plain [`Model`] alike, and compared at every poll.
+//! A script: a list of steps that is run on the engine and on the plain [`Model`], which are compared at every poll.
 //!
-//! A script prints itself as a test: what `{:?}` writes compiles where `use common::script::{Script, Step::*, run}` and
-//! `use common::model::Kept` stand.
+//! A script prints itself as a test. The output of `{:?}` compiles with `use common::script::{Script, Step::*, run}`
+//! and `use common::model::Kept`.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -18,24 +18,24 @@ use super::clouds::Point;
 use super::model::{Kept, Model};
 use super::skeleton_of;
 
-/// What happens to a stream.
+/// A step of a script.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
-    /// A batch of points of one event time comes, if it has one.
+    /// Inserts a batch of points. They have one event time, or none.
     Insert(Option<f64>, Vec<Point>),
-    /// Points are taken back, one by one; some may not be there.
+    /// Retracts points one by one. Some may not be there.
     Retract(Vec<Point>),
-    /// Event time moves forward.
+    /// Advances the event time.
     Time(f64),
-    /// A frame is closed.
+    /// Commits a frame.
     Commit,
-    /// A frame is asked for.
+    /// Polls a frame.
     Poll,
 }
 
 use Step::*;
 
-/// A stream's options and what happens to it.
+/// The options of a stream and its steps.
 #[derive(Clone, PartialEq)]
 pub struct Script {
     pub kept: Kept,
@@ -49,9 +49,9 @@ impl Script {
     }
 }
 
-/// Runs a script and gives the frames that were polled. Panics where the engine and the plain model differ.
+/// Runs a script. Returns the polled frames. Panics where the engine and the model differ.
 pub fn run(script: &Script) -> Vec<Arc<Frame>> {
-    let mut stage = Stage {
+    let mut stage = Harness {
         pipeline: Pipeline::new(script.options()).with_leaf(3),
         model: Model::new(script.kept, script.resolution),
         times: Vec::new(),
@@ -68,20 +68,20 @@ pub fn run(script: &Script) -> Vec<Arc<Frame>> {
     stage.frames
 }
 
-/// An engine and its model, side by side.
-struct Stage {
+/// An engine and its model.
+struct Harness {
     pipeline: Pipeline,
     model: Model,
-    /// Times that commits were given.
+    /// The times of the commits.
     times: Vec<Option<f64>>,
-    /// Number of the last frame polled.
+    /// The number of the last polled frame.
     polled: u64,
-    /// Of lives seen in frames: the id.
+    /// The id of each lifetime that a frame has shown.
     ids: BTreeMap<usize, VertexId>,
     frames: Vec<Arc<Frame>>,
-    /// Followers of views, and what they have been told; the last one comes to every other frame only.
+    /// Followers of views, and their content. The last one is polled for every other frame only.
     followers: Vec<(Follower, Snapshot)>,
-    /// The same of a simplified view.
+    /// The same for a simplified view.
     simplified: (SimplifiedFollower, Snapshot),
 }
 
@@ -92,7 +92,7 @@ fn followed() -> impl Iterator<Item = ViewSpec> {
         .into_iter()
 }
 
-impl Stage {
+impl Harness {
     fn act(&mut self, step: &Step) {
         match step {
             Insert(time, points) => {
@@ -127,7 +127,7 @@ impl Stage {
 
     fn poll(&mut self) {
         let computed = self.pipeline.computed();
-        // Whoever comes first makes the frame.
+        // Now the followers compute the frame, now the plain poll does.
         let steps = if self.model.commits().is_multiple_of(3) { Vec::new() } else { self.follow() };
         let frame = self.pipeline.poll_frame();
         assert_eq!(frame.is_some(), self.polled < self.model.commits(), "whether there is a frame");
@@ -150,10 +150,10 @@ impl Stage {
         self.frames.push(frame);
     }
 
-    /// Steps lead from simplified view to simplified view.
+    /// Steps lead from one simplified view to the next.
     fn check_simplified(&mut self, frame: &Frame) {
         let (follower, held) = &mut self.simplified;
-        let step = self.pipeline.poll_simplified(follower).expect("it was not told of this frame");
+        let step = self.pipeline.poll_simplified(follower).expect("it was not polled for this frame");
         let view = frame.view(ViewSpec::default());
         let wanted = Snapshot::of_simplified(&frame.skeleton, &simplify(&frame.skeleton, &view, view.scale()));
         *held = held.apply(&step.diff).expect("it starts from what is held");
@@ -162,7 +162,7 @@ impl Stage {
         assert!(held.vertices.iter().all(|v| frame.skeleton.vertices().iter().any(|known| known.id == v.id)));
     }
 
-    /// Rankings are the first dots.
+    /// A ranking is the list of the most persistent dots.
     fn check_ranking(&mut self, frame: &Frame) {
         let (all, id) = (frame.skeleton.dots(), |v: u32| frame.skeleton.vertices()[v as usize].id);
         for most in [0, 1, all.len() / 2, all.len(), all.len() + 1] {
@@ -178,7 +178,7 @@ impl Stage {
         }
     }
 
-    /// What followers are told; of some nothing.
+    /// The steps of all followers. Some have none.
     fn follow(&mut self) -> Vec<(usize, FrameStep)> {
         let last = self.followers.len() - 1;
         let skipped = !self.model.commits().is_multiple_of(2);
@@ -186,7 +186,7 @@ impl Stage {
         coming.filter_map(|(place, (follower, _))| Some((place, self.pipeline.poll_step(follower)?))).collect()
     }
 
-    /// Steps lead from view to view of the whole skeletons.
+    /// Steps lead from one view of the whole skeleton to the next.
     fn check_steps(&mut self, frame: &Frame, steps: Vec<(usize, FrameStep)>) {
         for (place, step) in steps {
             let (follower, held) = &mut self.followers[place];
@@ -205,12 +205,12 @@ impl Stage {
         }
     }
 
-    /// Ids are the lives' own: kept as long as a life, never given again, rising in order of first appearance.
+    /// An id belongs to one lifetime, is never used again, and grows in order of first appearance.
     fn check_ids(&mut self, frame: &Frame) {
         let vertices = frame.skeleton.vertices().iter();
-        let lives = self.model.committed().iter();
-        assert_eq!(vertices.len(), lives.len(), "number of vertices");
-        for (vertex, life) in vertices.zip(lives) {
+        let lifetimes = self.model.committed().iter();
+        assert_eq!(vertices.len(), lifetimes.len(), "number of vertices");
+        for (vertex, life) in vertices.zip(lifetimes) {
             assert_eq!(vertex.position.xy(), life.at, "vertices stand in order of first appearance");
             assert_eq!(*self.ids.entry(life.number).or_insert(vertex.id), vertex.id, "a vertex keeps its id");
         }
@@ -234,7 +234,7 @@ impl fmt::Debug for Script {
     }
 }
 
-/// Points as they are written in Rust, NaN and infinities too.
+/// Points as Rust code, including NaN and infinities.
 struct Literal<'a>(&'a [Point]);
 
 impl fmt::Display for Literal<'_> {

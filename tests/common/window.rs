@@ -1,8 +1,8 @@
-//! A window as a list: which points `hopes serve` should hold, by the book, one point after the other.
+//! A reference model of windows: the points that `hopes serve` should have, in a plain list.
 
 use std::collections::VecDeque;
 
-/// Which points stay, by the book.
+/// The kinds of windows.
 #[derive(Clone, Copy)]
 pub enum Keep {
     All,
@@ -11,10 +11,10 @@ pub enum Keep {
     Time(f64),
 }
 
-/// A window as a list.
+/// A window with its points.
 pub struct Window {
     keep: Keep,
-    /// Points with the frame they came in and their time, in order of arrival.
+    /// Points with their frame and event time, in order of arrival.
     points: VecDeque<([f64; 2], u64, f64)>,
     frame: u64,
     now: f64,
@@ -25,7 +25,7 @@ impl Window {
         Self { keep, points: VecDeque::new(), frame: 1, now: f64::NEG_INFINITY }
     }
 
-    /// Whether the point is taken.
+    /// Inserts a point. Returns whether it is accepted.
     pub fn insert(&mut self, point: [f64; 2], time: f64) -> bool {
         if matches!(self.keep, Keep::Time(length) if time < self.now - length) {
             return false;
@@ -44,7 +44,8 @@ impl Window {
         }
     }
 
-    /// Takes back the oldest point there: by time where time counts, else by arrival. Whether there was one.
+    /// Removes the oldest point at a position: by time in a time window, else by arrival. Returns whether there was
+    /// one.
     pub fn retract(&mut self, point: [f64; 2]) -> bool {
         let there = self.points.iter().enumerate().filter(|(_, (other, ..))| *other == point);
         let oldest = match self.keep {

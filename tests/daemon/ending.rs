@@ -1,13 +1,14 @@
-//! The daemon's own end: what was taken in is finished and delivered, everybody is told, and nothing is left behind.
+//! The shutdown of the daemon: accepted points are committed and delivered, every peer is notified, and nothing is left
+//! behind.
 
 use hopes_protocol::*;
 use rustix::process::Signal;
 
 use crate::common::client::Client;
+use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, Producer, assert_clean_exit, open, points, subscribe};
 use crate::common::random::Random;
-use crate::common::roles::{Consumer, DERIVED, Daemon, FULL, Producer, is_fine, open, points, subscribe};
 
-/// The last words on a connection: all streams with their last frames.
+/// The `Goodbye` of a connection: all streams with their last frames.
 fn goodbye(message: Option<&(u32, Message)>) -> &[(String, u64)] {
     match message {
         Some((0, Message::Goodbye(goodbye))) => &goodbye.streams,
@@ -16,21 +17,21 @@ fn goodbye(message: Option<&(u32, Message)>) -> &[(String, u64)] {
 }
 
 #[test]
-fn a_signal_ends_it_in_good_order() {
+fn a_signal_ends_the_daemon_cleanly() {
     for signal in [Signal::TERM, Signal::INT] {
         let daemon = Daemon::start("--listen tcp:127.0.0.1:0");
         let mut producer = daemon.producer("cam");
         let mut consumer = daemon.consumer("cam", FULL);
         let mut idle = daemon.client();
-        let mut silent = Client::silent(&daemon.address);
+        let mut silent = Client::without_banner(&daemon.address);
         silent.banner();
         producer.frame(&[(0.0, 0.0)]);
-        consumer.is_shown(Cause::Start);
-        // Taken in, and not committed.
+        consumer.expect_snapshot(Cause::Start);
+        // Accepted, and not committed.
         let batch = producer.batch(&[(1.0, 0.0)]);
         producer.is_accepted(batch, 1);
         daemon.running.signal(signal);
-        consumer.is_told_of(2);
+        consumer.expect_diff(2);
         assert!(matches!(consumer.next(), Message::StreamClosed(closed) if closed.frame == 2));
         let streams = [("cam".to_owned(), 2)];
         assert_eq!(goodbye(consumer.client.rest().last()), streams);
@@ -40,7 +41,7 @@ fn a_signal_ends_it_in_good_order() {
         for other in [&mut idle, &mut silent] {
             assert_eq!(goodbye(other.rest().last()), streams);
         }
-        let (socket, finished) = (daemon.socket(), is_fine(daemon.running.ends()));
+        let (socket, finished) = (daemon.socket(), assert_clean_exit(daemon.running.ends()));
         assert!(!socket.exists(), "the socket is removed");
         let word = if signal == Signal::TERM { "SIGTERM" } else { "SIGINT" };
         assert!(finished.err.contains(&format!("{word}: stream \"cam\" stopped after frame 2")), "{}", finished.err);
@@ -48,7 +49,7 @@ fn a_signal_ends_it_in_good_order() {
 }
 
 #[test]
-fn what_was_taken_in_before_is_committed_and_delivered() {
+fn accepted_points_are_committed_and_delivered() {
     let daemon = Daemon::start("");
     let mut random = Random::new(60);
     let mut producer = Producer::open(daemon.client(), Open { window: Some(Window::Points(3000)), ..open("cam") });
@@ -60,7 +61,7 @@ fn what_was_taken_in_before_is_committed_and_delivered() {
         producer.commit();
     }
     producer.batch(&points(&mut random, 10));
-    // All of it is in the stream's hands, and most of it is still to be done.
+    // The stream has accepted all of it, and most of it is still to be computed.
     producer.client.ping();
     daemon.running.signal(Signal::TERM);
     for consumer in [&mut consumer, &mut full] {
@@ -79,7 +80,7 @@ fn what_was_taken_in_before_is_committed_and_delivered() {
     let committed = answers.iter().filter(|answer| matches!(answer, Message::Committed(_))).count();
     let accepted = answers.iter().filter(|answer| matches!(answer, Message::Accepted(_))).count();
     assert_eq!((committed, accepted), (20, 21));
-    is_fine(daemon.running.ends());
+    assert_clean_exit(daemon.running.ends());
 }
 
 #[test]
@@ -93,7 +94,7 @@ fn a_consumer_that_is_behind_still_gets_the_last_frame() {
             producer.frame(&points(&mut random, 1500));
         }
         daemon.running.signal(Signal::TERM);
-        // Its stream is over before it reads on.
+        // The stream has ended before the consumer reads on.
         daemon.running.until_log("stopped after frame 15");
         let last = loop {
             if let Message::StreamClosed(closed) = slow.next() {
@@ -102,12 +103,12 @@ fn a_consumer_that_is_behind_still_gets_the_last_frame() {
         };
         assert_eq!((last, slow.mirror.number()), (15, 15), "with a history of {history}");
         assert_eq!(goodbye(slow.client.rest().last()), [("cam".to_owned(), 15)]);
-        is_fine(daemon.running.ends());
+        assert_clean_exit(daemon.running.ends());
     }
 }
 
-/// A daemon with a peer that does not read what it is sent: more than sockets hold.
-fn with_somebody_who_does_not_read() -> (Daemon, Consumer) {
+/// A daemon with a consumer that does not read. More is sent to it than sockets hold.
+fn with_a_consumer_that_does_not_read() -> (Daemon, Consumer) {
     let daemon = Daemon::start("");
     let mut random = Random::new(62);
     let mut producer = Producer::open(daemon.client(), Open { window: Some(Window::Frames(1)), ..open("cam") });
@@ -119,9 +120,9 @@ fn with_somebody_who_does_not_read() -> (Daemon, Consumer) {
 }
 
 #[test]
-fn a_second_signal_ends_it_at_once() {
+fn a_second_signal_ends_the_daemon_at_once() {
     for (first, second, code) in [(Signal::TERM, Signal::TERM, 143), (Signal::TERM, Signal::INT, 130)] {
-        let (mut daemon, _stubborn) = with_somebody_who_does_not_read();
+        let (mut daemon, _stubborn) = with_a_consumer_that_does_not_read();
         daemon.running.signal(first);
         daemon.running.until_log("SIGTERM: stream \"cam\" stopped after frame 10");
         daemon.running.signal(second);
@@ -130,8 +131,8 @@ fn a_second_signal_ends_it_at_once() {
 }
 
 #[test]
-fn who_does_not_read_does_not_keep_it_for_ever() {
-    let (daemon, _stubborn) = with_somebody_who_does_not_read();
+fn a_peer_that_does_not_read_does_not_delay_the_end_for_ever() {
+    let (daemon, _stubborn) = with_a_consumer_that_does_not_read();
     let client = daemon.client();
     daemon.stop();
     drop(client);

@@ -1,17 +1,17 @@
-//! Beginning to talk, and messages that cannot be: what is answered and goes on, and what ends a connection.
+//! The handshake and invalid messages: which are answered and which end the connection.
 
 use hopes_protocol::*;
 
 use crate::common::client::{Client, bytes, hello};
-use crate::common::roles::Daemon;
+use crate::common::peers::Daemon;
 
-/// Frames by hand: a header that is right, whatever the body.
+/// A frame written by hand: a correct header around any body.
 fn frame(kind: u16, channel: u32, body: &[u8]) -> Vec<u8> {
     let crc = crc32c(body).to_le_bytes();
     [&header(VERSION, kind, channel, body.len() as u32)[..], body, &crc].concat()
 }
 
-/// Bit by bit, as SPEC.md has it.
+/// The CRC-32C of SPEC.md, bit by bit.
 pub fn crc32c(bytes: &[u8]) -> u32 {
     !bytes
         .iter()
@@ -19,7 +19,7 @@ pub fn crc32c(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn a_client_is_welcome() {
+fn a_client_is_accepted() {
     let daemon = Daemon::start("--heartbeat 3s --timeout 40s --max-batch 1234");
     let mut client = Client::new(&daemon.address);
     let welcome = client.hello();
@@ -33,15 +33,15 @@ fn a_client_is_welcome() {
 }
 
 #[test]
-fn who_is_too_new_or_too_old_learns_what_is_spoken() {
+fn a_peer_without_a_common_version_gets_the_daemons_range() {
     let daemon = Daemon::start("");
     for (lowest, highest) in [(3, 9), (0, 0), (9, 3)] {
-        let mut client = Client::silent(&daemon.address);
+        let mut client = Client::without_banner(&daemon.address);
         assert_eq!(client.banner(), Banner::OURS, "the banner comes before anything was said");
         client.write(&Banner { lowest, highest }.encode());
         assert_eq!(client.rest(), [], "nothing would be understood");
     }
-    let mut newer = Client::silent(&daemon.address);
+    let mut newer = Client::without_banner(&daemon.address);
     newer.write(&Banner { lowest: 0, highest: 7 }.encode());
     assert_eq!(newer.banner(), Banner::OURS);
     newer.hello();
@@ -49,12 +49,12 @@ fn who_is_too_new_or_too_old_learns_what_is_spoken() {
 }
 
 #[test]
-fn who_is_no_client_is_cut_off() {
+fn a_peer_without_a_banner_is_disconnected() {
     let daemon = Daemon::start("");
-    let mut stranger = Client::silent(&daemon.address);
+    let mut stranger = Client::without_banner(&daemon.address);
     stranger.write(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
     stranger.banner();
-    stranger.is_cut_off(ErrorCode::BadFrame as u16);
+    stranger.expect_disconnect(ErrorCode::BadFrame as u16);
     assert_eq!(daemon.status().refused_messages, 1);
     daemon.stop();
 }
@@ -74,27 +74,27 @@ fn the_first_message_is_hello() {
 }
 
 #[test]
-fn what_is_not_known_or_cannot_be_read_is_answered_and_the_next_is_read() {
+fn unknown_and_invalid_messages_are_answered_with_errors() {
     let daemon = Daemon::start("");
     let mut client = daemon.client();
     let mut refused = 0;
     let mut is_refused = |client: &mut Client, kind: u16, body: &[u8], code: ErrorCode| {
         client.write(&frame(kind, 9, body));
-        let report = client.error_on(9);
+        let report = client.expect_error_on(9);
         assert_eq!((report.code, report.answers), (code as u16, kind), "{report:?}");
         refused += 1;
     };
     for kind in [0x0000, 0x0FFF, 0x0F02, 0xFFFF] {
         is_refused(&mut client, kind, b"whatever", ErrorCode::Unexpected);
     }
-    // A body that ends too soon, goes on too long, or has a length that nothing can have.
+    // A body that ends too soon, has trailing bytes, or contains an impossible length.
     let open = bytes(9, Open { name: "cam".to_owned(), window: None, resolution: None });
     let body = &open[HEADER..open.len() - 4];
     is_refused(&mut client, 0x0101, &body[..body.len() - 1], ErrorCode::Unreadable);
     is_refused(&mut client, 0x0101, &[body, &[0]].concat(), ErrorCode::Unreadable);
     is_refused(&mut client, 0x0101, &[253, 255, 255, 255, 255, 255, 255, 255, 255], ErrorCode::Unreadable);
     is_refused(&mut client, 0x0101, &[4, 0xFF, 0xFE, 0xFD, 0xFC, 0, 0], ErrorCode::Unreadable);
-    // What only a daemon says, and what only recordings have.
+    // Messages that only a daemon sends, and the one that occurs only in recordings.
     for message in [Message::from(Closed { frame: 1 }), Unsubscribed {}.into(), Elapsed { nanoseconds: 1 }.into()] {
         let whole = bytes(9, message.clone());
         is_refused(&mut client, message.kind(), &whole[HEADER..whole.len() - 4], ErrorCode::Unexpected);
@@ -108,7 +108,7 @@ fn what_is_not_known_or_cannot_be_read_is_answered_and_the_next_is_read() {
 }
 
 #[test]
-fn a_frame_that_is_broken_ends_the_connection() {
+fn a_corrupt_frame_ends_the_connection() {
     let daemon = Daemon::start("");
     let ping = bytes(0, Ping { token: 7 });
     let broken = |at: usize| {
@@ -120,25 +120,25 @@ fn a_frame_that_is_broken_ends_the_connection() {
     for bytes in [broken(0), broken(9), broken(17), broken(HEADER), broken(ping.len() - 1), of_another_version] {
         let mut client = daemon.client();
         client.write(&bytes);
-        client.is_cut_off(ErrorCode::BadFrame as u16);
+        client.expect_disconnect(ErrorCode::BadFrame as u16);
     }
     daemon.stop();
 }
 
 #[test]
-fn a_frame_that_is_too_large_is_refused_before_it_comes() {
+fn a_frame_that_is_too_large_is_refused_before_it_arrives() {
     let daemon = Daemon::start("");
     let mut client = Client::new(&daemon.address);
     let largest = client.hello().largest_frame;
     client.write(&header(VERSION, 0x0103, 1, largest + 1));
-    client.is_cut_off(ErrorCode::BadFrame as u16);
+    client.expect_disconnect(ErrorCode::BadFrame as u16);
     let mut client = daemon.client();
     client.write(&header(VERSION, 0x0103, 1, u32::MAX));
-    client.is_cut_off(ErrorCode::BadFrame as u16);
-    // The largest is taken, whatever is in it.
+    client.expect_disconnect(ErrorCode::BadFrame as u16);
+    // A frame of the largest size is accepted, whatever it contains.
     let mut client = daemon.client();
     client.write(&frame(0x0103, 1, &vec![0xFF; largest as usize]));
-    assert_eq!(client.error_on(1).code, ErrorCode::Unreadable as u16);
+    assert_eq!(client.expect_error_on(1).code, ErrorCode::Unreadable as u16);
     client.ping();
     daemon.stop();
 }

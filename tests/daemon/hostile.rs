@@ -1,18 +1,18 @@
-//! Peers that send what nobody should, over sockets of either kind, while others are served as if they were not there.
+//! Hostile peers on every kind of socket, while other peers are served as usual.
 
 use hopes_protocol::*;
 
 use crate::common::client::{Client, bytes, hello};
+use crate::common::peers::{DERIVED, Daemon, ProducerAndConsumer, open, subscribe};
 use crate::common::random::Random;
-use crate::common::roles::{DERIVED, Daemon, Pair, open, subscribe};
 
-/// More than this no peer may make it take; it starts with some 10 MB.
+/// The most memory that a peer may make the daemon use. It starts with some 10 MB.
 const MEMORY: u64 = 96 << 20;
 
-/// Both kinds of daemons, attacked, and then looked at: others were served, nothing broke, and nothing was taken for good.
-fn attacked(attack: impl Fn(&Daemon)) {
+/// Attacks daemons of both kinds, then checks them: other peers were served, nothing failed, and no memory was kept.
+fn attack_daemons(attack: impl Fn(&Daemon)) {
     for daemon in [Daemon::start(""), Daemon::over_tcp("")] {
-        Pair::beside(&daemon, || attack(&daemon));
+        ProducerAndConsumer::while_serving(&daemon, || attack(&daemon));
         #[cfg(target_os = "linux")]
         assert!(daemon.running.peak_memory() < MEMORY, "{} bytes", daemon.running.peak_memory());
         assert!(daemon.status().refused_messages > 0);
@@ -20,8 +20,8 @@ fn attacked(attack: impl Fn(&Daemon)) {
     }
 }
 
-/// Everything that a client may say, in an order that makes sense.
-fn conversation(name: &str) -> Vec<Vec<u8>> {
+/// Everything that a client may send, in a valid order.
+fn dialogue(name: &str) -> Vec<Vec<u8>> {
     let view = View { simplify: Simplify::Below(0.5), ..DERIVED };
     let points = vec![(0.5, 0.25), (1.5, f64::NAN), (2.0, 2.0)];
     let batch = Batch { sequence: 1, points: points.clone(), times: vec![1.0, 2.0, 3.0], tags: vec![7, 8, 9] };
@@ -42,7 +42,7 @@ fn conversation(name: &str) -> Vec<Vec<u8>> {
     ]
 }
 
-/// The header's and the body's checksums, as they are for what is there now.
+/// Corrects the checksums of header and body.
 fn sealed(frame: &mut Vec<u8>) {
     let kind = u16::from_le_bytes([frame[6], frame[7]]);
     let channel = u32::from_le_bytes([frame[8], frame[9], frame[10], frame[11]]);
@@ -51,14 +51,14 @@ fn sealed(frame: &mut Vec<u8>) {
     *frame = [&header(VERSION, kind, channel, body.len() as u32)[..], &body, &crc].concat();
 }
 
-/// Changes something, somewhere.
+/// Changes something at a random position.
 fn mutated(random: &mut Random, mut frame: Vec<u8>) -> Vec<u8> {
     let at = random.below(frame.len() as u64) as usize;
     match random.below(6) {
         0 => frame[at] ^= 1 << random.below(8),
         1 => frame.truncate(at),
         2 => frame[12..16].copy_from_slice(&(random.word() as u32).to_le_bytes()),
-        // These arrive whole, and say what they should not.
+        // Such a frame arrives whole, but its content is wrong.
         3 if at >= HEADER => {
             frame[at] = random.word() as u8;
             sealed(&mut frame);
@@ -80,12 +80,12 @@ fn mutated(random: &mut Random, mut frame: Vec<u8>) -> Vec<u8> {
 
 #[test]
 fn random_bytes() {
-    attacked(|daemon| {
+    attack_daemons(|daemon| {
         let mut random = Random::new(80);
         for round in 0..60 {
-            let mut client = Client::silent(&daemon.address);
+            let mut client = Client::without_banner(&daemon.address);
             if round % 3 > 0 {
-                // Some are greeted before.
+                // Some clients exchange banners first.
                 client.write(&Banner::OURS.encode());
             }
             if round % 3 > 1 {
@@ -93,28 +93,28 @@ fn random_bytes() {
                 client.hello();
             }
             let noise = random.bytes(1 << 16);
-            // The daemon hangs up as soon as it has seen enough.
+            // The daemon may close the connection as soon as it sees the error.
             let _ = client.try_write(&noise);
         }
     });
 }
 
 #[test]
-fn conversations_with_something_wrong_in_them() {
-    attacked(|daemon| {
+fn dialogues_with_errors() {
+    attack_daemons(|daemon| {
         let mut random = Random::new(81);
         for round in 0..300 {
             let mut all = Banner::OURS.encode().to_vec();
-            let conversation = conversation(&format!("stream {}", round % 7));
+            let conversation = dialogue(&format!("stream {}", round % 7));
             let wrong = random.below(conversation.len() as u64) as usize;
             for (place, frame) in conversation.into_iter().enumerate() {
                 all.extend(if place == wrong { mutated(&mut random, frame) } else { frame });
             }
-            let mut client = Client::silent(&daemon.address);
+            let mut client = Client::without_banner(&daemon.address);
             let _ = client.try_write(&all);
             if round % 2 == 0 {
-                // Whatever comes in answer can be read, and there is an end to it.
-                client.stop_speaking();
+                // All answers can be read, and the connection ends.
+                client.shutdown_write();
                 client.try_banner();
                 client.rest();
             }
@@ -123,12 +123,12 @@ fn conversations_with_something_wrong_in_them() {
 }
 
 #[test]
-fn lengths_of_what_never_comes() {
-    attacked(|daemon| {
+fn announced_bodies_that_never_arrive() {
+    attack_daemons(|daemon| {
         let clients: Vec<Client> = (0..100)
             .map(|_| {
                 let mut client = daemon.client();
-                // As much as is allowed is announced, and nothing of it sent.
+                // The largest allowed length is announced, and nothing of it is sent.
                 client.write(&header(VERSION, 0x0103, 1, 1 << 22));
                 client
             })
@@ -140,14 +140,14 @@ fn lengths_of_what_never_comes() {
 }
 
 #[test]
-fn many_who_say_nothing_and_many_who_do_not_listen() {
-    attacked(|daemon| {
-        let silent: Vec<Client> = (0..100).map(|_| Client::silent(&daemon.address)).collect();
+fn many_silent_peers_and_many_that_do_not_read() {
+    attack_daemons(|daemon| {
+        let silent: Vec<Client> = (0..100).map(|_| Client::without_banner(&daemon.address)).collect();
         let mut deaf: Vec<Client> = (0..10).map(|_| daemon.client()).collect();
         // Every message is answered by an error, which nobody reads.
         let nonsense = bytes(5, Closed { frame: 1 }).repeat(1000);
         for client in &mut deaf {
-            while client.socket.write_at_once(&nonsense).unwrap() > 0 {}
+            while client.socket.write_nonblocking(&nonsense).unwrap() > 0 {}
         }
         drop(silent);
     });

@@ -1,4 +1,4 @@
-//! When nothing happens: signs of life, who is cut off for giving none, and what it costs.
+//! Idle streams and connections: heartbeats, timeouts, and their cost.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -6,12 +6,12 @@ use std::time::{Duration, Instant};
 use hopes_protocol::*;
 
 use crate::common::client::{Client, Socket, bytes};
-use crate::common::roles::{Consumer, DERIVED, Daemon, FULL, Pair, subscribe};
+use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, ProducerAndConsumer, subscribe};
 
 const HASTY: &str = "--heartbeat 200ms --timeout 1s";
 
 #[test]
-fn a_stream_on_which_nothing_happens_gives_signs_of_life() {
+fn an_idle_stream_sends_heartbeats() {
     let daemon = Daemon::start("--heartbeat 50ms");
     let mut producer = daemon.producer("cam");
     let mut consumer = daemon.consumer("cam", FULL);
@@ -31,13 +31,13 @@ fn a_stream_on_which_nothing_happens_gives_signs_of_life() {
 }
 
 #[test]
-fn a_client_that_answers_stays_and_one_that_does_not_is_cut_off() {
+fn a_client_that_does_not_answer_pings_is_disconnected() {
     for daemon in [Daemon::start(HASTY), Daemon::over_tcp(HASTY)] {
         let began = Instant::now();
         let (mut answers, mut silent) = (daemon.client(), daemon.client());
         thread::scope(|scope| {
             scope.spawn(|| {
-                // For three times as long as the other has, only pings are answered.
+                // For three times as long as the other client has, only pings are answered.
                 while began.elapsed() < Duration::from_secs(3) {
                     match answers.next() {
                         Some((0, Message::Ping(Ping { token }))) => answers.send(0, Pong { token }),
@@ -46,7 +46,7 @@ fn a_client_that_answers_stays_and_one_that_does_not_is_cut_off() {
                 }
                 answers.ping();
             });
-            let (pings, code) = given_up(&mut silent);
+            let (pings, code) = read_until_timeout(&mut silent);
             assert!(pings >= 2, "{pings} pings");
             assert_eq!(code, ErrorCode::TooSlow as u16);
             assert!(began.elapsed() >= Duration::from_secs(1), "{:?}", began.elapsed());
@@ -56,12 +56,12 @@ fn a_client_that_answers_stays_and_one_that_does_not_is_cut_off() {
 }
 
 #[test]
-fn a_consumer_that_is_sent_a_lot_and_has_nothing_to_say_stays() {
+fn a_busy_consumer_that_sends_nothing_stays_connected() {
     let daemon = Daemon::start(HASTY);
     let began = Instant::now();
-    Pair::beside(&daemon, || {
+    ProducerAndConsumer::while_serving(&daemon, || {
         let mut listener = daemon.consumer("beside", FULL);
-        // Frames come all the time, so that no ping is due for the sake of the connection.
+        // Frames arrive all the time, so no ping is due on this connection.
         while began.elapsed() < Duration::from_secs(3) {
             listener.next();
         }
@@ -69,8 +69,9 @@ fn a_consumer_that_is_sent_a_lot_and_has_nothing_to_say_stays() {
     daemon.stop();
 }
 
-/// Hears pings and does not answer, until the daemon hangs up. How many there were, and the code of the error at the end.
-fn given_up(client: &mut Client) -> (usize, u16) {
+/// Reads pings without answering until the daemon closes the connection. Returns their number and the code of the last
+/// error.
+fn read_until_timeout(client: &mut Client) -> (usize, u16) {
     let mut rest: Vec<Message> = std::iter::from_fn(|| client.next()).map(|(_, message)| message).collect();
     assert!(matches!(rest.pop(), Some(Message::Goodbye(_))));
     let code = match rest.pop() {
@@ -82,36 +83,36 @@ fn given_up(client: &mut Client) -> (usize, u16) {
 }
 
 #[test]
-fn who_never_says_anything_is_cut_off() {
+fn a_client_that_never_sends_anything_is_disconnected() {
     for daemon in [Daemon::start(HASTY), Daemon::over_tcp(HASTY)] {
-        Pair::beside(&daemon, || {
-            let mut nothing = Client::silent(&daemon.address);
+        ProducerAndConsumer::while_serving(&daemon, || {
+            let mut nothing = Client::without_banner(&daemon.address);
             nothing.banner();
             let mut no_hello = Client::new(&daemon.address);
-            assert_eq!(given_up(&mut nothing).1, ErrorCode::TooSlow as u16);
-            assert_eq!(given_up(&mut no_hello).1, ErrorCode::TooSlow as u16);
+            assert_eq!(read_until_timeout(&mut nothing).1, ErrorCode::TooSlow as u16);
+            assert_eq!(read_until_timeout(&mut no_hello).1, ErrorCode::TooSlow as u16);
         });
         daemon.stop();
     }
 }
 
 #[test]
-fn who_sends_byte_by_byte_is_cut_off() {
+fn a_client_that_sends_byte_by_byte_is_disconnected() {
     for daemon in [Daemon::start(HASTY), Daemon::over_tcp(HASTY)] {
-        // One never gets to the end of its banner, one to that of its message.
+        // One client never finishes its banner, the other never finishes its message.
         let open = bytes(1, Open { name: "x".repeat(200), window: None, resolution: None });
-        Pair::beside(&daemon, || {
+        ProducerAndConsumer::while_serving(&daemon, || {
             let banner = Banner::OURS.encode().to_vec();
-            for (mut client, bytes) in [(Client::silent(&daemon.address), banner), (daemon.client(), open)] {
+            for (mut client, bytes) in [(Client::without_banner(&daemon.address), banner), (daemon.client(), open)] {
                 let mut bytes = bytes.into_iter();
-                // More often than it could be called silent, until the daemon hangs up.
+                // Often enough that the connection is never idle, until the daemon closes it.
                 while bytes.next().is_some_and(|byte| client.try_write(&[byte]).is_ok()) {
                     thread::sleep(Duration::from_millis(100));
                 }
                 assert!(bytes.len() > 0, "it came to the end");
                 if matches!(client.socket, Socket::Unix(_)) {
-                    // Over TCP, what was on its way when the connection broke may be lost.
-                    client.is_told_that_it_took_too_long();
+                    // Over TCP, data in flight may be lost when the connection breaks.
+                    client.expect_too_slow();
                 }
             }
         });
@@ -120,18 +121,19 @@ fn who_sends_byte_by_byte_is_cut_off() {
 }
 
 impl Client {
-    fn is_told_that_it_took_too_long(&mut self) {
+    fn expect_too_slow(&mut self) {
         let _ = self.try_banner();
-        assert_eq!(given_up(self).1, ErrorCode::TooSlow as u16);
+        assert_eq!(read_until_timeout(self).1, ErrorCode::TooSlow as u16);
     }
 }
 
 #[test]
-fn who_never_reads_is_cut_off() {
+fn a_client_that_never_reads_is_disconnected() {
     for daemon in [Daemon::start(HASTY), Daemon::over_tcp(HASTY)] {
-        Pair::beside(&daemon, || {
+        ProducerAndConsumer::while_serving(&daemon, || {
             let mut deaf = daemon.client();
-            // Each of these is answered, until sockets are full; then nothing is read any more, and at last it is over.
+            // Each of these is answered until sockets are full. Then nothing more is read, and at last the connection
+            // ends.
             let asked = [bytes(0, Ping { token: 1 }), bytes(9, StatusWanted {})].concat().repeat(100);
             while deaf.try_write_for(&asked, Duration::from_millis(100)) {}
         });
@@ -141,13 +143,13 @@ fn who_never_reads_is_cut_off() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn nothing_costs_nothing() {
+fn an_idle_daemon_uses_no_processor_time() {
     let daemon = Daemon::start("--heartbeat 5s --timeout 60s --stream cam");
     let mut producer = daemon.producer("cam");
     producer.frame(&[(0.0, 0.0), (1.0, 0.0)]);
     let mut consumers: Vec<Consumer> = (0..20).map(|_| daemon.consumer("cam", DERIVED)).collect();
     for consumer in &mut consumers {
-        consumer.is_shown(Cause::Start);
+        consumer.expect_snapshot(Cause::Start);
     }
     let mut later = daemon.client();
     later.send(1, subscribe("nothing", FULL));

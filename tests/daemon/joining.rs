@@ -1,14 +1,14 @@
-//! Consumers that come late, look at something else, go, and come back: no frame is missing, none comes twice.
+//! Consumers that join late, change their view, leave, and resume: no frame is missing, and none is sent twice.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use hopes_protocol::*;
 
+use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, Producer, held, open, points, subscribe};
 use crate::common::random::Random;
-use crate::common::roles::{Consumer, DERIVED, Daemon, FULL, Producer, held, open, points, subscribe};
 
-/// Runs something while a producer commits frame after frame. The last one's number.
+/// Runs something while a producer commits frame after frame. Returns the number of the last frame.
 fn while_frames_come(producer: &mut Producer, run: impl FnOnce()) -> u64 {
     let is_over = AtomicBool::new(false);
     thread::scope(|scope| {
@@ -21,17 +21,17 @@ fn while_frames_come(producer: &mut Producer, run: impl FnOnce()) -> u64 {
                 }
             }
         });
-        // Whatever comes of it, the producer ends.
-        let over = Sets(&is_over);
+        // The producer ends even if `run` panics.
+        let over = SetOnDrop(&is_over);
         run();
         drop(over);
         frames.join().unwrap()
     })
 }
 
-struct Sets<'a>(&'a AtomicBool);
+struct SetOnDrop<'a>(&'a AtomicBool);
 
-impl Drop for Sets<'_> {
+impl Drop for SetOnDrop<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -45,13 +45,13 @@ fn resume(daemon: &Daemon, view: View, resume: Resume) -> Consumer {
     Consumer::subscribe(daemon.client(), Subscribe { resume: Some(resume), ..subscribe("cam", view) })
 }
 
-/// A consumer that has lost its connection.
+/// A consumer whose connection is lost: its resume position and its mirror.
 fn lost(consumer: Consumer) -> (Resume, Mirror) {
     (Resume { epoch: consumer.opened.epoch, frame: consumer.mirror.number() }, consumer.mirror)
 }
 
 #[test]
-fn who_comes_late_gets_a_snapshot_and_then_every_frame() {
+fn a_late_consumer_gets_a_snapshot_and_then_every_frame() {
     let daemon = Daemon::start("");
     let mut producer = windowed(&daemon);
     producer.frame(&[(0.0, 0.0)]);
@@ -59,13 +59,13 @@ fn who_comes_late_gets_a_snapshot_and_then_every_frame() {
     let last = while_frames_come(&mut producer, || {
         for number in 0..24 {
             let mut consumer = daemon.consumer("cam", [FULL, DERIVED][number % 2]);
-            let start = consumer.is_shown(Cause::Start);
-            consumer.is_told_of_all_to(start + 5);
+            let start = consumer.expect_snapshot(Cause::Start);
+            consumer.expect_diffs_to(start + 5);
             consumers.push(consumer);
         }
     });
     for consumer in &mut consumers {
-        consumer.is_told_of_all_to(last);
+        consumer.expect_diffs_to(last);
         let first = daemon.consumer("cam", consumer.mirror.frame().unwrap().view).snapshot();
         assert_eq!(held(&consumer.mirror), held(&first));
     }
@@ -74,20 +74,20 @@ fn who_comes_late_gets_a_snapshot_and_then_every_frame() {
 }
 
 impl Consumer {
-    /// What it is shown first.
+    /// The first snapshot.
     fn snapshot(mut self) -> Mirror {
-        self.is_shown(Cause::Start);
+        self.expect_snapshot(Cause::Start);
         self.mirror
     }
 }
 
 #[test]
-fn after_a_change_of_view_comes_a_snapshot_and_nothing_of_the_old_view() {
+fn after_a_change_of_view_a_snapshot_comes_and_nothing_of_the_old_view() {
     let daemon = Daemon::start("");
     let mut producer = windowed(&daemon);
     producer.frame(&[(0.0, 0.0)]);
     let mut consumer = daemon.consumer("cam", FULL);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     let last = while_frames_come(&mut producer, || {
         let mut before = FULL;
         for view in [DERIVED, FULL, View { simplify: Simplify::Below(0.1), ..FULL }, DERIVED, DERIVED] {
@@ -101,18 +101,18 @@ fn after_a_change_of_view_comes_a_snapshot_and_nothing_of_the_old_view() {
             };
             assert_eq!((shown.cause, shown.frame.view), (Cause::ViewChanged, view));
             for number in 1..5 {
-                assert_eq!(consumer.is_told_of(shown.frame.number + number).frame.view, view);
+                assert_eq!(consumer.expect_diff(shown.frame.number + number).frame.view, view);
             }
             before = view;
         }
     });
-    consumer.is_told_of_all_to(last);
+    consumer.expect_diffs_to(last);
     assert_eq!(held(&consumer.mirror), held(&daemon.consumer("cam", DERIVED).snapshot()));
-    // All streams of a subscription change, and those that come later are seen so too.
+    // The view of all streams of a subscription changes, and streams that open later have the new view too.
     let mut many = daemon.consumer("*", FULL);
-    many.is_shown(Cause::Start);
+    many.expect_snapshot(Cause::Start);
     many.client.send(Consumer::CHANNEL, ChangeView { view: DERIVED, dots: DotsWanted::No });
-    many.is_shown(Cause::ViewChanged);
+    many.expect_snapshot(Cause::ViewChanged);
     daemon.producer("new").frame(&[(0.0, 0.0)]);
     assert!(matches!(many.next(), Message::StreamOpened(_)));
     assert!(matches!(many.next(), Message::Snapshot(snapshot) if snapshot.frame.view == DERIVED));
@@ -128,21 +128,21 @@ fn nothing_comes_after_unsubscribed() {
     while_frames_come(&mut producer, || {
         for channel in 1..30 {
             client.send(channel, subscribe("*", FULL));
-            assert!(matches!(client.hear_on(channel), Message::StreamOpened(_)));
-            assert!(matches!(client.hear_on(channel), Message::Snapshot(_)));
+            assert!(matches!(client.receive_on(channel), Message::StreamOpened(_)));
+            assert!(matches!(client.receive_on(channel), Message::Snapshot(_)));
             client.send(channel, Unsubscribe {});
-            while !matches!(client.hear_on(channel), Message::Unsubscribed(_)) {}
+            while !matches!(client.receive_on(channel), Message::Unsubscribed(_)) {}
         }
     });
     producer.frame(&[(1.0, 1.0)]);
     daemon.producer("new").frame(&[(0.0, 0.0)]);
-    assert_eq!(client.settle(), []);
+    assert_eq!(client.drain(), []);
     assert_eq!(daemon.stream("cam").info.consumers, 0);
     daemon.stop();
 }
 
 #[test]
-fn who_comes_back_goes_on_from_the_frame_that_they_have() {
+fn a_consumer_resumes_from_its_last_frame() {
     let daemon = Daemon::start("");
     let mut random = Random::new(31);
     let mut producer = windowed(&daemon);
@@ -156,10 +156,10 @@ fn who_comes_back_goes_on_from_the_frame_that_they_have() {
             consumer = resume(&daemon, view, from);
             consumer.mirror = mirror;
             assert!(matches!(consumer.next(), Message::Resumed(resumed) if resumed.frame == from.frame));
-            consumer.is_told_of_all_to(last);
-            assert_eq!(consumer.client.settle(), [], "nothing comes while nothing happens");
+            consumer.expect_diffs_to(last);
+            assert_eq!(consumer.client.drain(), [], "nothing comes while nothing happens");
             let frame = producer.frame(&points(&mut random, 20));
-            consumer.is_told_of(frame);
+            consumer.expect_diff(frame);
             assert_eq!(held(&consumer.mirror), held(&daemon.consumer("cam", view).snapshot()));
         }
     }
@@ -167,17 +167,17 @@ fn who_comes_back_goes_on_from_the_frame_that_they_have() {
 }
 
 #[test]
-fn who_comes_back_to_something_else_gets_a_snapshot() {
+fn a_consumer_that_cannot_resume_gets_a_snapshot() {
     let daemon = Daemon::start("--history 64KiB");
     let mut random = Random::new(32);
     let mut producer = windowed(&daemon);
     let mut consumer = daemon.consumer("cam", FULL);
     producer.frame(&points(&mut random, 50));
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     let (from, _) = lost(consumer);
     let gone = |view, from| {
         let mut consumer = resume(&daemon, view, from);
-        consumer.is_shown(Cause::CannotResume)
+        consumer.expect_snapshot(Cause::CannotResume)
     };
     assert_eq!(gone(FULL, Resume { epoch: from.epoch + 1, ..from }), 1, "another stream");
     assert_eq!(gone(FULL, Resume { frame: 0, ..from }), 1, "no frame");
@@ -187,7 +187,7 @@ fn who_comes_back_to_something_else_gets_a_snapshot() {
     let mut back = resume(&daemon, FULL, from);
     assert!(matches!(back.next(), Message::Resumed(_)), "this one is known still");
     drop(back);
-    // Each of these takes some 60 KiB.
+    // Each of these frames takes some 60 KiB.
     let last = (0..5).map(|_| producer.frame(&points(&mut random, 300))).last().unwrap();
     assert_eq!(gone(FULL, from), last, "too long ago");
     producer.close(true);

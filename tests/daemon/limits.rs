@@ -1,13 +1,13 @@
-//! How much there may be of everything, and what is said when there is more.
+//! The limits of the daemon, and the errors beyond them.
 
 use hopes_protocol::*;
 
 use crate::common::client::{Client, bytes, hello};
+use crate::common::peers::{Daemon, FULL, Producer, open, points, subscribe};
 use crate::common::process::eventually;
 use crate::common::random::Random;
-use crate::common::roles::{Daemon, FULL, Producer, open, points, subscribe};
 
-/// The codes of a batch's refusals, each once, and how many points were taken.
+/// The codes of a batch's refusals, each once, and the number of accepted points.
 fn codes(answer: Message) -> (u32, Vec<u16>) {
     match answer {
         Message::Accepted(accepted) => (accepted.points, Vec::new()),
@@ -21,7 +21,7 @@ fn codes(answer: Message) -> (u32, Vec<u16>) {
 }
 
 #[test]
-fn so_many_streams() {
+fn the_number_of_streams_is_limited() {
     let daemon = Daemon::start("--max-streams 3 --stream ready");
     let mut one = daemon.producer("one");
     daemon.producer("two");
@@ -34,11 +34,11 @@ fn so_many_streams() {
 }
 
 #[test]
-fn so_many_connections() {
+fn the_number_of_connections_is_limited() {
     for daemon in [Daemon::start("--max-connections 3"), Daemon::over_tcp("--max-connections 3")] {
         let mut first = daemon.client();
         let _others = [daemon.client(), Client::new(&daemon.address)];
-        let mut late = Client::silent(&daemon.address);
+        let mut late = Client::without_banner(&daemon.address);
         assert_eq!(late.banner(), Banner::OURS);
         match &late.rest()[..] {
             [(0, Message::Error(report))] => assert_eq!(report.code, ErrorCode::TooManyConnections as u16),
@@ -47,11 +47,11 @@ fn so_many_connections() {
         assert_eq!(first.status().connections, 3);
         first.part();
         let mut again = eventually("there is room again", || {
-            let mut client = Client::silent(&daemon.address);
+            let mut client = Client::without_banner(&daemon.address);
             client.banner();
             client.try_write(&Banner::OURS.encode()).ok()?;
             client.try_write(&bytes(0, hello())).ok()?;
-            matches!(client.hear(), Some((0, Message::Welcome(_)))).then_some(client)
+            matches!(client.receive(), Some((0, Message::Welcome(_)))).then_some(client)
         });
         again.ping();
         daemon.stop();
@@ -59,7 +59,7 @@ fn so_many_connections() {
 }
 
 #[test]
-fn so_many_channels() {
+fn the_number_of_channels_is_limited() {
     let daemon = Daemon::start("--stream cam");
     let mut client = daemon.client();
     for channel in 1..=128 {
@@ -75,7 +75,7 @@ fn so_many_channels() {
 }
 
 #[test]
-fn a_channel_is_used_once_at_a_time() {
+fn a_channel_in_use_cannot_be_opened() {
     let daemon = Daemon::start("");
     let mut client = daemon.client();
     client.ask(7, open("cam"));
@@ -97,13 +97,13 @@ fn a_channel_is_used_once_at_a_time() {
 }
 
 #[test]
-fn so_many_points() {
+fn the_number_of_points_is_limited() {
     let daemon = Daemon::start("--max-points 10");
     let mut random = Random::new(10);
     let mut producer = daemon.producer("cam");
     producer.batch(&points(&mut random, 12));
     assert_eq!(codes(producer.answer()), (10, vec![RefusalCode::StreamFull as u16]));
-    // A window of no more than that always has room.
+    // A window of at most that many points always has room.
     let window = |points| Open { window: Some(Window::Points(points)), ..open(&format!("of {points}")) };
     let mut within = Producer::open(daemon.client(), window(10));
     within.frame(&points(&mut random, 25));
@@ -114,7 +114,7 @@ fn so_many_points() {
 }
 
 #[test]
-fn so_many_distinct_positions() {
+fn the_number_of_distinct_positions_is_limited() {
     let daemon = Daemon::start("--max-vertices 10");
     let mut random = Random::new(11);
     let mut producer = daemon.producer("cam");
@@ -131,7 +131,7 @@ fn so_many_distinct_positions() {
 }
 
 #[test]
-fn so_many_points_in_a_message() {
+fn the_number_of_points_in_a_message_is_limited() {
     let daemon = Daemon::start("--max-batch 100");
     let mut random = Random::new(12);
     let mut producer = daemon.producer("cam");
@@ -139,10 +139,10 @@ fn so_many_points_in_a_message() {
     producer.frame(&points(&mut random, 100));
     for _ in 0..2 {
         producer.batch(&points(&mut random, 101));
-        let report = producer.client.error_on(Producer::CHANNEL);
+        let report = producer.client.expect_error_on(Producer::CHANNEL);
         assert_eq!((report.code, report.answers), (ErrorCode::TooLarge as u16, 0x0103));
         producer.retract(&points(&mut random, 101));
-        let report = producer.client.error_on(Producer::CHANNEL);
+        let report = producer.client.expect_error_on(Producer::CHANNEL);
         assert_eq!((report.code, report.answers), (ErrorCode::TooLarge as u16, 0x0104));
     }
     assert_eq!(producer.frame(&points(&mut random, 1)), 2);
@@ -151,7 +151,7 @@ fn so_many_points_in_a_message() {
 }
 
 #[test]
-fn so_much_memory() {
+fn memory_is_limited() {
     let daemon = Daemon::start("--max-memory 1MiB");
     let mut random = Random::new(13);
     let mut producer = daemon.producer("cam");
@@ -159,7 +159,7 @@ fn so_much_memory() {
     let status = daemon.status();
     assert_eq!(status.memory_limit, 1 << 20);
     assert!(status.memory >= status.memory_limit, "{status:?}");
-    // One stream's memory is all streams' memory.
+    // The memory limit is shared by all streams.
     let mut other = daemon.producer("other");
     for producer in [&mut producer, &mut other] {
         producer.batch(&points(&mut random, 1));

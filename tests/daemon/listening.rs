@@ -1,4 +1,4 @@
-//! Places to listen at: whose socket is replaced and whose is not, who may come in.
+//! Listening addresses: which sockets are replaced, and who may connect.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -7,13 +7,13 @@ use hopes_protocol::Cause;
 use rustix::process::Signal;
 
 use crate::common::client::Client;
-use crate::common::process::hopes;
-use crate::common::roles::{
-    Consumer, Daemon, FULL, Producer, is_fine, listening, open, serve_at, socket_in, subscribe,
+use crate::common::peers::{
+    Consumer, Daemon, FULL, Producer, assert_clean_exit, listening, open, serve_at, socket_in, subscribe,
 };
+use crate::common::process::hopes;
 
 #[test]
-fn the_socket_is_for_its_owner_alone() {
+fn only_the_owner_may_use_the_socket() {
     let daemon = Daemon::start("");
     assert_eq!(fs::metadata(daemon.socket()).unwrap().permissions().mode() & 0o777, 0o600);
     let beside = fs::read_dir(daemon.folder.path()).unwrap().count();
@@ -31,14 +31,14 @@ fn the_socket_of_a_daemon_that_was_killed_is_replaced() {
     daemon.running = serve_at(&socket_in(&folder)).start();
     let address = listening(&mut daemon.running);
     assert_eq!(address, daemon.address);
-    Client::greeted(&address).ping();
+    Client::with_hello(&address).ping();
     daemon.running.signal(Signal::TERM);
-    is_fine(daemon.running.ends());
+    assert_clean_exit(daemon.running.ends());
     assert!(!socket_in(&folder).exists());
 }
 
 #[test]
-fn a_daemon_that_lives_is_left_alone() {
+fn the_socket_of_a_running_daemon_is_not_replaced() {
     let daemon = Daemon::start("");
     let mut client = daemon.client();
     serve_at(&daemon.socket()).runs().fails(1, &["another daemon is listening at", &daemon.address]);
@@ -52,7 +52,7 @@ fn a_daemon_that_lives_is_left_alone() {
 }
 
 #[test]
-fn a_file_is_no_socket() {
+fn a_file_is_not_replaced_by_a_socket() {
     let folder = tempfile::tempdir().unwrap();
     let path = socket_in(&folder);
     fs::write(&path, "precious").unwrap();
@@ -60,13 +60,13 @@ fn a_file_is_no_socket() {
     assert_eq!(fs::read_to_string(&path).unwrap(), "precious");
     let nowhere = folder.path().join("no/such/folder");
     serve_at(&nowhere).runs().fails(1, &["cannot listen at", "no/such/folder"]);
-    // A second place that cannot be does not leave the first one behind.
+    // If a second address fails, the socket of the first one is removed.
     let first = folder.path().join("first");
     serve_at(&first).with("--listen").with(format!("unix:{}", path.display())).runs().fails(1, &["no socket"]);
 }
 
 #[test]
-fn a_socket_that_is_somebody_elses_by_now_is_not_removed() {
+fn a_socket_that_another_process_has_replaced_is_not_removed() {
     let folder = tempfile::tempdir().unwrap();
     let path = socket_in(&folder);
     let mut first = serve_at(&path).start();
@@ -75,15 +75,15 @@ fn a_socket_that_is_somebody_elses_by_now_is_not_removed() {
     let mut second = serve_at(&path).start();
     let address = listening(&mut second);
     first.signal(Signal::TERM);
-    is_fine(first.ends());
-    Client::greeted(&address).ping();
+    assert_clean_exit(first.ends());
+    Client::with_hello(&address).ping();
     second.signal(Signal::TERM);
-    is_fine(second.ends());
+    assert_clean_exit(second.ends());
     assert!(!path.exists());
 }
 
 #[test]
-fn other_machines_may_come_only_if_they_are_let() {
+fn other_machines_need_permission() {
     for place in ["tcp:0.0.0.0:0", "tcp:[::]:0"] {
         let serve = hopes("serve --listen").with(place);
         serve.runs().fails(1, &["can be reached from other machines", "--allow-remote", place]);
@@ -91,13 +91,13 @@ fn other_machines_may_come_only_if_they_are_let() {
     let mut running = hopes("serve --listen tcp:0.0.0.0:0 --allow-remote").start();
     let address = listening(&mut running);
     let (_, port) = address.rsplit_once(':').unwrap();
-    Client::greeted(&format!("tcp:127.0.0.1:{port}")).ping();
+    Client::with_hello(&format!("tcp:127.0.0.1:{port}")).ping();
     running.signal(Signal::TERM);
-    is_fine(running.ends());
+    assert_clean_exit(running.ends());
 }
 
 #[test]
-fn what_makes_no_sense_is_wrong_usage() {
+fn invalid_arguments_are_wrong_usage() {
     for (arguments, words) in [
         ("serve --listen nowhere", "is no address: write unix:PATH"),
         ("serve --listen tcp:127.0.0.1", "is no address"),
@@ -116,21 +116,23 @@ fn what_makes_no_sense_is_wrong_usage() {
 }
 
 #[test]
-fn many_places_lead_to_the_same_streams() {
+fn all_addresses_serve_the_same_streams() {
     let mut daemon = Daemon::start("--listen tcp:127.0.0.1:0 --listen tcp:[::1]:0");
     let mut addresses = vec![daemon.address.clone()];
     addresses.extend((0..2).map(|_| listening(&mut daemon.running)));
     assert_eq!(addresses[1..].iter().filter(|address| address.starts_with("tcp:")).count(), 2, "{addresses:?}");
     let mut producers: Vec<Producer> =
-        addresses.iter().map(|address| Producer::open(Client::greeted(address), open("cam"))).collect();
-    let mut consumers: Vec<Consumer> =
-        addresses.iter().map(|address| Consumer::subscribe(Client::greeted(address), subscribe("cam", FULL))).collect();
+        addresses.iter().map(|address| Producer::open(Client::with_hello(address), open("cam"))).collect();
+    let mut consumers: Vec<Consumer> = addresses
+        .iter()
+        .map(|address| Consumer::subscribe(Client::with_hello(address), subscribe("cam", FULL)))
+        .collect();
     for (number, producer) in (1..).zip(&mut producers) {
         assert_eq!(producer.frame(&[(number as f64, 0.0)]), number);
         for consumer in &mut consumers {
             match number {
-                1 => assert_eq!(consumer.is_shown(Cause::Start), 1),
-                _ => assert_eq!(consumer.is_told_of(number).vertices_added.len(), 1),
+                1 => assert_eq!(consumer.expect_snapshot(Cause::Start), 1),
+                _ => assert_eq!(consumer.expect_diff(number).vertices_added.len(), 1),
             }
         }
     }

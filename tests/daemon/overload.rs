@@ -1,15 +1,16 @@
-//! Producers that are faster than their stream: they wait, or batches are dropped; either way everybody is told of every point.
+//! Producers that are faster than the engine: they wait, or batches are dropped. In both cases a producer gets an
+//! answer for every point.
 
 use std::collections::BTreeMap;
 
 use hopes_protocol::*;
 
 use crate::common::client::brief;
+use crate::common::peers::{Daemon, FULL, Point, Producer, open, points};
 use crate::common::process::eventually;
 use crate::common::random::Random;
-use crate::common::roles::{Daemon, FULL, Point, Producer, open, points};
 
-/// Points in a batch; some thirteen of these fill an inbox.
+/// Points in a batch. Some thirteen batches fill the queue.
 const SIZE: usize = 5000;
 
 /// Batches between two commits.
@@ -20,11 +21,11 @@ struct Tally {
     accepted: u64,
     dropped: u64,
     committed: u64,
-    /// Sequence numbers, in the order in which the stream dealt with them.
+    /// Sequence numbers in the order in which the engine handled them.
     in_order: Vec<u64>,
 }
 
-/// Hears the answers to all these messages, each once, whatever they are.
+/// Reads the answers to all these messages. There must be one for each.
 fn tally(producer: &mut Producer, mut owed: BTreeMap<u64, usize>) -> Tally {
     let mut tally = Tally::default();
     let mut total = None;
@@ -52,7 +53,7 @@ fn tally(producer: &mut Producer, mut owed: BTreeMap<u64, usize>) -> Tally {
     tally
 }
 
-/// A large frame that keeps the engine busy, and on its heels more than fits into the inbox.
+/// A large frame that keeps the engine busy, and directly after it more than fits into the queue.
 fn burst(producer: &mut Producer, batch: &[Point]) -> BTreeMap<u64, usize> {
     let mut owed = BTreeMap::new();
     for _ in 0..3 {
@@ -63,7 +64,7 @@ fn burst(producer: &mut Producer, batch: &[Point]) -> BTreeMap<u64, usize> {
     owed
 }
 
-/// Sends bursts with a policy until something was dropped, and counts.
+/// Sends bursts under a policy until something was dropped, and counts.
 fn overloads(policy: &str) -> Vec<u64> {
     let daemon = Daemon::start(&format!("--overload {policy} --consumer-queue 64KiB --stream cam:window=points:20000"));
     let mut random = Random::new(50);
@@ -72,7 +73,7 @@ fn overloads(policy: &str) -> Vec<u64> {
     let batch = points(&mut random, SIZE);
     let (mut sent, mut accepted, mut dropped, mut committed, mut in_order) = (0, 0, 0, 0, Vec::new());
     while dropped == 0 {
-        // Other points each time, so that there is something to compute.
+        // Different points each time, so that there is something to compute.
         let moved: Vec<Point> = batch.iter().map(|(x, y)| (x + sent as f64, *y)).collect();
         let owed = burst(&mut producer, &moved);
         sent += owed.values().sum::<usize>() as u64;
@@ -93,19 +94,19 @@ fn overloads(policy: &str) -> Vec<u64> {
 }
 
 #[test]
-fn the_oldest_are_dropped_and_their_producer_told() {
+fn the_oldest_batches_are_dropped_and_reported() {
     let in_order = overloads("drop-oldest");
     assert!(in_order.is_sorted(), "what is taken is taken in order");
 }
 
 #[test]
-fn the_newest_are_dropped_and_their_producer_told() {
+fn the_newest_batches_are_dropped_and_reported() {
     let in_order = overloads("drop-newest");
     assert!(in_order.is_sorted(), "what is taken is taken in order");
 }
 
 #[test]
-fn unless_told_otherwise_a_producer_waits_and_nothing_is_dropped() {
+fn by_default_a_producer_waits_and_nothing_is_dropped() {
     let daemon = Daemon::start("--stream cam:window=points:20000 --consumer-queue 64KiB");
     let mut random = Random::new(51);
     let mut producer = daemon.producer("cam");
@@ -122,7 +123,7 @@ fn unless_told_otherwise_a_producer_waits_and_nothing_is_dropped() {
 }
 
 #[test]
-fn a_stream_that_is_busy_keeps_no_other_waiting() {
+fn a_busy_stream_does_not_delay_other_streams() {
     let daemon = Daemon::start("--stream cam:window=points:20000");
     let mut random = Random::new(52);
     let mut busy = daemon.producer("cam");
@@ -139,7 +140,7 @@ fn a_stream_that_is_busy_keeps_no_other_waiting() {
 }
 
 #[test]
-fn what_is_sent_after_the_end_of_a_stream_keeps_its_sender_from_nothing() {
+fn messages_after_the_end_of_a_stream_do_not_block_their_producer() {
     let daemon = Daemon::start("");
     let mut random = Random::new(53);
     let (mut one, mut other) = (daemon.producer("cam"), daemon.producer("cam"));
@@ -147,7 +148,7 @@ fn what_is_sent_after_the_end_of_a_stream_keeps_its_sender_from_nothing() {
     one.batch(&points(&mut random, 30_000));
     one.commit();
     one.client.send(Producer::CHANNEL, Close { end: true });
-    // From here on the end is under way, behind a frame that takes its time.
+    // From here on the end is in progress, behind a frame that takes time.
     one.client.ping();
     for _ in 0..300 {
         other.batch(&points(&mut random, 1));

@@ -1,17 +1,17 @@
-//! Points that are not taken: which, why, and what of the others; windows, and points that are taken back.
+//! Refused points: which, why, and what happens to the others; windows; retracted points.
 
 use hopes_protocol::*;
 
-use crate::common::roles::{Consumer, Daemon, FULL, Point, Producer, open};
+use crate::common::peers::{Consumer, Daemon, FULL, Point, Producer, open};
 
-/// Sends a batch with times and tags; the answer.
+/// Sends a batch with times and tags. Returns the answer.
 fn answered(producer: &mut Producer, points: &[Point], times: &[f64], tags: &[u64]) -> Message {
     producer.sequence += 1;
     let (sequence, points) = (producer.sequence, points.to_vec());
     producer.client.ask(Producer::CHANNEL, Batch { sequence, points, times: times.to_vec(), tags: tags.to_vec() })
 }
 
-/// Accepted and refused points, place and code of each refusal, and what was placed.
+/// Accepted points, refused points, index and code of each refusal, and tags with vertices.
 type Outcome = (u32, u32, Vec<(u32, u16)>, Vec<(u64, u64)>);
 
 fn outcome(answer: Message) -> Outcome {
@@ -35,7 +35,7 @@ fn seen(consumer: &Consumer) -> Vec<Point> {
 }
 
 #[test]
-fn each_point_that_is_refused_is_named_and_the_others_are_placed() {
+fn each_refused_point_is_named_and_the_others_are_placed() {
     let daemon = Daemon::start("");
     let mut producer = daemon.producer("cam");
     let mut consumer = daemon.consumer("cam", FULL);
@@ -47,12 +47,12 @@ fn each_point_that_is_refused_is_named_and_the_others_are_placed() {
     assert_eq!(reasons, [(1, coordinate), (3, coordinate), (5, coordinate)]);
     let [(70, first), (72, second), (74, again)] = placed[..] else { panic!("{placed:?}") };
     assert!(second == again && first != second, "one position is one vertex");
-    // -0 is 0, and tags may say anything.
+    // -0 equals 0, and tags may be any number.
     let (.., placed) = outcome(answered(&mut producer, &[(-0.0, 0.0), (1.0, -0.0)], &[], &[u64::MAX, 0]));
     assert_eq!(placed, [(u64::MAX, first), (0, second)]);
     let commit = producer.commit();
     producer.is_committed(commit);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     let ids: Vec<u64> = consumer.mirror.vertices().keys().copied().collect();
     assert_eq!(ids, [first, second]);
     let frame = consumer.mirror.frame().unwrap();
@@ -63,7 +63,7 @@ fn each_point_that_is_refused_is_named_and_the_others_are_placed() {
 }
 
 #[test]
-fn of_many_refusals_the_first_thousand_are_listed_and_all_are_counted() {
+fn the_first_thousand_refusals_are_listed_and_all_are_counted() {
     let daemon = Daemon::start("");
     let mut producer = daemon.producer("cam");
     let points: Vec<Point> =
@@ -78,12 +78,12 @@ fn of_many_refusals_the_first_thousand_are_listed_and_all_are_counted() {
 }
 
 #[test]
-fn what_is_not_there_cannot_be_taken_back() {
+fn points_that_are_not_there_cannot_be_retracted() {
     let daemon = Daemon::start("");
     let mut producer = daemon.producer("cam");
     let mut consumer = daemon.consumer("cam", FULL);
     producer.frame(&[(0.0, 0.0), (0.0, 0.0), (1.0, 0.0)]);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     producer.retract(&[(0.0, 0.0), (2.0, 0.0), (f64::NAN, 0.0), (1.0, 0.0), (1.0, 0.0)]);
     let (accepted, refused, reasons, _) = outcome(producer.answer());
     assert_eq!((accepted, refused), (2, 3));
@@ -91,14 +91,14 @@ fn what_is_not_there_cannot_be_taken_back() {
     assert_eq!((reasons[0].1, reasons[2].1), (RefusalCode::NotThere as u16, RefusalCode::NotThere as u16));
     let commit = producer.commit();
     producer.is_committed(commit);
-    let diff = consumer.is_told_of(2);
+    let diff = consumer.expect_diff(2);
     assert_eq!((diff.frame.points, diff.frame.rejected), (1, 3));
     assert_eq!(seen(&consumer), [(0.0, 0.0)], "of two points at one place one is still there");
     let retraction = producer.retract(&[(0.0, 0.0)]);
     producer.is_accepted(retraction, 1);
     let commit = producer.commit();
     producer.is_committed(commit);
-    consumer.is_told_of(3);
+    consumer.expect_diff(3);
     assert_eq!(consumer.mirror.checksum(), 0, "nothing is left");
     daemon.stop();
 }
@@ -121,7 +121,7 @@ fn times_and_tags_are_none_or_one_for_each_point() {
 }
 
 #[test]
-fn a_time_window_wants_times_that_are_not_too_late() {
+fn a_time_window_refuses_missing_and_late_times() {
     let daemon = Daemon::start("");
     let mut producer = windowed(&daemon, Window::Time(10.0));
     let mut consumer = daemon.consumer("cam", FULL);
@@ -137,24 +137,24 @@ fn a_time_window_wants_times_that_are_not_too_late() {
     assert_eq!(refused(answer), [(1, not_finite), (2, not_finite)]);
     let answer = answered(&mut producer, &[(5.0, 0.0), (6.0, 0.0)], &[6.0, 7.0], &[]);
     assert_eq!(refused(answer), [(0, RefusalCode::TooLate as u16)]);
-    // A point without a time is as old as the newest.
+    // A point without a time gets the newest time.
     assert_eq!(refused(answered(&mut producer, &[(7.0, 0.0)], &[], &[])), []);
     let commit = producer.commit();
     producer.is_committed(commit);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     assert_eq!(seen(&consumer), [(4.0, 0.0), (6.0, 0.0), (7.0, 0.0)]);
     let frame = consumer.mirror.frame().unwrap();
     assert_eq!((frame.time, frame.rejected), (Some(16.5), 4));
-    // The time of a commit moves the window too.
+    // The time of a commit advances the window too.
     producer.client.send(Producer::CHANNEL, Commit { sequence: 99, time: Some(20.0) });
     assert_eq!(producer.is_committed(99), 2);
-    assert_eq!(consumer.is_told_of(2).frame.time, Some(20.0));
+    assert_eq!(consumer.expect_diff(2).frame.time, Some(20.0));
     assert_eq!(seen(&consumer), [(4.0, 0.0), (7.0, 0.0)]);
     daemon.stop();
 }
 
 #[test]
-fn windows_of_points_and_of_frames_let_the_oldest_go() {
+fn windows_of_points_and_of_frames_remove_the_oldest() {
     for (window, expected) in [
         (Window::Points(3), vec![(2.0, 0.0), (3.0, 0.0), (4.0, 0.0)]),
         (Window::Frames(1), vec![(3.0, 0.0), (4.0, 0.0)]),
@@ -165,22 +165,22 @@ fn windows_of_points_and_of_frames_let_the_oldest_go() {
         let mut consumer = daemon.consumer("cam", FULL);
         assert_eq!(consumer.opened.window, window);
         producer.frame(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]);
-        consumer.is_shown(Cause::Start);
+        consumer.expect_snapshot(Cause::Start);
         producer.frame(&[(3.0, 0.0), (4.0, 0.0)]);
-        consumer.is_told_of(2);
+        consumer.expect_diff(2);
         assert_eq!(seen(&consumer), expected, "{window:?}");
         daemon.stop();
     }
 }
 
 #[test]
-fn a_resolution_makes_one_vertex_of_near_points() {
+fn a_resolution_merges_near_points() {
     let daemon = Daemon::start("");
     let mut producer = Producer::open(daemon.client(), Open { resolution: Some(1.0), ..open("cam") });
     let mut consumer = daemon.consumer("cam", FULL);
     assert_eq!(consumer.opened.resolution, Some(1.0));
     producer.frame(&[(0.1, -0.2), (-0.3, 0.4), (1.9, 0.0)]);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     assert_eq!(seen(&consumer), [(0.0, 0.0), (2.0, 0.0)]);
     daemon.stop();
 }

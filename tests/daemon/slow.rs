@@ -1,22 +1,22 @@
-//! Peers that do not read: frames are merged for them or replaced by snapshots, and nobody else waits.
+//! Peers that do not read: frames are merged for them or replaced by snapshots, and no other peer waits.
 
 use std::time::Duration;
 
 use hopes_protocol::*;
 
 use crate::common::client::{brief, bytes};
+use crate::common::peers::{Consumer, Daemon, FULL, Point, Producer, ProducerAndConsumer, held, open, points};
 use crate::common::process::{eventually, settled};
 use crate::common::random::Random;
-use crate::common::roles::{Consumer, Daemon, FULL, Pair, Point, Producer, held, open, points};
 
-/// Points that stay, and those that are replaced each frame: diffs are some 100 KiB and a snapshot is more.
+/// Points that stay, and points that are replaced in each frame. A diff has some 100 KiB, a snapshot has more.
 const STAY: usize = 6000;
 const MOVE: usize = 1000;
 
-/// More than sockets hold.
+/// More frames than sockets hold.
 const FRAMES: u64 = 20;
 
-/// A stream in which a part of the points moves each frame.
+/// A stream in which some points move in each frame.
 struct Moving {
     producer: Producer,
     random: Random,
@@ -41,20 +41,21 @@ impl Moving {
     }
 }
 
-/// A consumer that reads nothing while many frames come, which another one, who reads, gets one by one.
-fn behind(daemon: &Daemon) -> (Consumer, Moving, Mirror) {
+/// A consumer that reads nothing while many frames are sent. Another consumer reads each of them.
+fn lagging(daemon: &Daemon) -> (Consumer, Moving, Mirror) {
     let mut moving = Moving::new(daemon);
     let (mut slow, mut fast) = (daemon.consumer("cam", FULL), daemon.consumer("cam", FULL));
-    slow.is_shown(Cause::Start);
-    fast.is_shown(Cause::Start);
+    slow.expect_snapshot(Cause::Start);
+    fast.expect_snapshot(Cause::Start);
     for _ in 0..FRAMES {
         let frame = moving.step();
-        fast.is_told_of(frame);
+        fast.expect_diff(frame);
     }
     (slow, moving, fast.mirror)
 }
 
-/// Every frame is either sent singly or told of by `Lagged`, whose numbers lead to the frame that comes next. How often that was.
+/// Every frame is either sent or covered by a `Lagged`, whose range ends at the frame that follows it. Returns those
+/// messages.
 fn lags(slow: &mut Consumer, last: u64) -> Vec<Message> {
     let mut after_lag = Vec::new();
     while slow.mirror.number() < last {
@@ -67,7 +68,7 @@ fn lags(slow: &mut Consumer, last: u64) -> Vec<Message> {
                 after_lag.push(next);
             }
             Message::Diff(diff) => assert_eq!((diff.from, diff.frame.number), (had, had + 1)),
-            // Nothing is left out by a snapshot of the next frame.
+            // A snapshot of the next frame skips nothing.
             Message::Snapshot(shown) => assert_eq!((shown.cause, shown.frame.number), (Cause::Lagged, had + 1)),
             other => panic!("{}", brief(&other)),
         }
@@ -78,27 +79,27 @@ fn lags(slow: &mut Consumer, last: u64) -> Vec<Message> {
 #[test]
 fn frames_are_merged_for_a_consumer_that_does_not_read() {
     let daemon = Daemon::start("--consumer-queue 64KiB");
-    let (mut slow, mut moving, fast) = behind(&daemon);
+    let (mut slow, mut moving, fast) = lagging(&daemon);
     let merged = lags(&mut slow, FRAMES + 1);
     let [Message::Diff(diff)] = &merged[..] else { panic!("{} times", merged.len()) };
     assert!(diff.frame.number - diff.from > FRAMES / 2, "{} to {}", diff.from, diff.frame.number);
     assert_eq!(held(&slow.mirror), held(&fast));
     assert_eq!(daemon.stream("cam").lagged, diff.frame.number - diff.from - 1);
     let next = moving.step();
-    slow.is_told_of(next);
+    slow.expect_diff(next);
     daemon.stop();
 }
 
 #[test]
-fn a_snapshot_replaces_frames_that_are_forgotten() {
+fn a_snapshot_replaces_frames_that_the_log_no_longer_has() {
     let daemon = Daemon::start("--consumer-queue 64KiB --history 64KiB");
-    let (mut slow, mut moving, fast) = behind(&daemon);
+    let (mut slow, mut moving, fast) = lagging(&daemon);
     let replaced = lags(&mut slow, FRAMES + 1);
     let [Message::Snapshot(snapshot)] = &replaced[..] else { panic!("{} times", replaced.len()) };
     assert_eq!((snapshot.cause, snapshot.frame.number), (Cause::Lagged, FRAMES + 1));
     assert_eq!(held(&slow.mirror), held(&fast));
     let next = moving.step();
-    slow.is_told_of(next);
+    slow.expect_diff(next);
     daemon.stop();
 }
 
@@ -109,7 +110,7 @@ fn a_snapshot_replaces_merged_frames_where_it_is_smaller() {
     let mut random = Random::new(41);
     producer.frame(&points(&mut random, 2500));
     let mut slow = daemon.consumer("cam", FULL);
-    slow.is_shown(Cause::Start);
+    slow.expect_snapshot(Cause::Start);
     for _ in 0..FRAMES {
         producer.frame(&points(&mut random, 2500));
     }
@@ -121,7 +122,7 @@ fn a_snapshot_replaces_merged_frames_where_it_is_smaller() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn many_who_do_not_read_take_no_memory() {
+fn many_consumers_that_do_not_read_take_no_memory() {
     let daemon = Daemon::start("--consumer-queue 64KiB --history 1MiB");
     let mut moving = Moving::new(&daemon);
     let consumers: Vec<Consumer> = (0..20).map(|_| daemon.consumer("cam", FULL)).collect();
@@ -132,7 +133,7 @@ fn many_who_do_not_read_take_no_memory() {
     for _ in 0..FRAMES {
         moving.step();
     }
-    // What all of them have not read is more than 40 MB.
+    // The unread data of all of them has more than 40 MB.
     let grown = daemon.running.peak_memory() - before;
     assert!(grown < 16 << 20, "{grown} bytes");
     drop(consumers);
@@ -142,9 +143,9 @@ fn many_who_do_not_read_take_no_memory() {
 #[test]
 fn a_producer_that_does_not_read_its_answers_stops_only_itself() {
     for daemon in [Daemon::start(""), Daemon::over_tcp("")] {
-        let mut pair = Pair::new(&daemon, "cam");
+        let mut pair = ProducerAndConsumer::new(&daemon, "cam");
         let mut stubborn = daemon.producer("cam");
-        // On the same stream and the same connection's limits, as fast as it can.
+        // On the same stream and with the same limits, as fast as possible.
         let batch = |sequence| {
             let points = vec![(sequence as f64 * 1e-6, 0.25)];
             bytes(Producer::CHANNEL, Batch { sequence, points, times: vec![], tags: vec![sequence] })
@@ -157,7 +158,7 @@ fn a_producer_that_does_not_read_its_answers_stops_only_itself() {
                     sequence += 1;
                     rest = batch(sequence);
                 }
-                let taken = stubborn.client.socket.write_at_once(&rest).unwrap();
+                let taken = stubborn.client.socket.write_nonblocking(&rest).unwrap();
                 rest.drain(..taken);
                 written += taken;
                 if taken == 0 {
@@ -168,12 +169,12 @@ fn a_producer_that_does_not_read_its_answers_stops_only_itself() {
         for _ in 0..20 {
             pair.step();
         }
-        // Once it reads, all is answered, in order.
+        // Once it reads, all messages are answered in order.
         std::thread::scope(|scope| {
             let socket = stubborn.client.socket.try_clone().unwrap();
             scope.spawn(move || std::io::Write::write_all(&mut { socket }, &rest).unwrap());
             for expected in 1..=sequence {
-                match stubborn.client.hear_on(Producer::CHANNEL) {
+                match stubborn.client.receive_on(Producer::CHANNEL) {
                     Message::Accepted(accepted) => assert_eq!((accepted.sequence, accepted.points), (expected, 1)),
                     other => panic!("{other:?}"),
                 }
@@ -185,12 +186,13 @@ fn a_producer_that_does_not_read_its_answers_stops_only_itself() {
 }
 
 #[test]
-fn what_a_producer_has_sent_before_it_vanished_is_taken() {
+fn messages_of_a_vanished_producer_are_processed() {
     let daemon = Daemon::start("");
     let mut random = Random::new(42);
     for round in 1..=10 {
         let mut producer = daemon.producer("cam");
-        // In one piece, so that it is all there when the connection is gone; and a half one, which is nothing.
+        // Everything in one write, so that it has arrived when the connection ends. The half frame at the end is
+        // ignored.
         let mut all = Vec::new();
         for sequence in 0..400 {
             let points = points(&mut random, 10);

@@ -1,14 +1,14 @@
-//! Stdin and stdout beside sockets, and the protocol's bytes in pipes.
+//! Stdin and stdout beside sockets, and the wire protocol in pipes.
 
 use std::io::Write;
 
 use hopes_protocol::*;
 
+use crate::common::growing_stream::frames;
 use crate::common::mirror::{FrameLine, Mirror as LineMirror};
+use crate::common::peers::{Daemon, FULL, Point, points};
 use crate::common::process::hopes;
 use crate::common::random::Random;
-use crate::common::roles::{Daemon, FULL, Point, points};
-use crate::common::scene::frames;
 
 #[test]
 fn stdin_feeds_the_default_stream_and_the_daemon_goes_on_after_it() {
@@ -16,19 +16,19 @@ fn stdin_feeds_the_default_stream_and_the_daemon_goes_on_after_it() {
     let mut consumer = daemon.consumer("default", FULL);
     assert_eq!(consumer.opened.window, Window::Points(3));
     daemon.running.say("{\"points\":[[0,0],[1,0]],\"t\":2.5}\n{\"commit\":true}\n");
-    assert_eq!(consumer.is_shown(Cause::Start), 1);
+    assert_eq!(consumer.expect_snapshot(Cause::Start), 1);
     assert_eq!(consumer.mirror.frame().unwrap().time, Some(2.5));
     // A producer feeds the same stream.
     let mut producer = daemon.producer("default");
     assert_eq!(producer.frame(&[(2.0, 0.0)]), 2);
-    consumer.is_told_of(2);
+    consumer.expect_diff(2);
     daemon.running.say("bad\n{\"points\":[[3,0]]}\n");
     drop(daemon.running.take_stdin());
-    // What came last is a frame too, and then sockets alone are left.
-    let diff = consumer.is_told_of(3);
+    // The last points make a frame too. After that only sockets are left.
+    let diff = consumer.expect_diff(3);
     assert_eq!((diff.frame.points, diff.frame.rejected), (3, 1));
     assert_eq!(producer.frame(&[(4.0, 0.0)]), 4);
-    consumer.is_told_of(4);
+    consumer.expect_diff(4);
     let finished = daemon.stop();
     assert!(finished.err.contains("line 3"), "{}", finished.err);
 }
@@ -55,11 +55,11 @@ fn stdout_shows_what_producers_send() {
     let last = FrameLine::of(&daemon.running.line().expect("what was taken in is shown"));
     assert_eq!(last.frame, 6);
     assert_eq!(daemon.running.line(), None, "other streams are not shown");
-    crate::common::roles::is_fine(daemon.running.ends());
+    crate::common::peers::assert_clean_exit(daemon.running.ends());
 }
 
 #[test]
-fn who_stops_reading_stdout_does_not_stop_the_sockets() {
+fn a_closed_stdout_does_not_stop_the_sockets() {
     let mut daemon = Daemon::start("--output jsonl");
     drop(daemon.running.take_stdout());
     let mut producer = daemon.producer("default");
@@ -67,12 +67,12 @@ fn who_stops_reading_stdout_does_not_stop_the_sockets() {
         assert_eq!(producer.frame(&[(frame as f64, 0.0)]), frame);
     }
     let mut consumer = daemon.consumer("default", FULL);
-    assert_eq!(consumer.is_shown(Cause::Start), 20);
+    assert_eq!(consumer.expect_snapshot(Cause::Start), 20);
     daemon.running.signal(rustix::process::Signal::TERM);
     assert_eq!(daemon.running.ends().code, Some(0));
 }
 
-/// Some frames as the protocol's bytes, and as JSON lines.
+/// Some frames in the wire protocol and as JSON lines.
 fn both_forms() -> (Vec<u8>, String) {
     let mut random = Random::new(71);
     let (mut messages, mut lines) = (Vec::new(), String::new());
@@ -90,7 +90,7 @@ fn both_forms() -> (Vec<u8>, String) {
 }
 
 #[test]
-fn bytes_in_and_out_are_what_lines_are() {
+fn the_wire_protocol_gives_the_same_as_lines() {
     let (bytes, lines) = both_forms();
     let serve = |arguments: &str, input: &[u8]| hopes("serve --full").and(arguments).reads(input).out();
     let expected = serve("--input jsonl --output jsonl", lines.as_bytes());
@@ -106,7 +106,7 @@ fn bytes_in_and_out_are_what_lines_are() {
 }
 
 #[test]
-fn bytes_that_end_too_soon_are_told_of_and_what_came_whole_is_taken() {
+fn a_cut_off_input_is_reported_and_whole_messages_are_processed() {
     let (bytes, _) = both_forms();
     let finished = hopes("serve --input bin").reads(&bytes[..bytes.len() - 1]);
     assert!(finished.err.contains("the input is cut off at byte"), "{}", finished.err);

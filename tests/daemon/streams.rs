@@ -1,15 +1,15 @@
-//! Streams by name: who may join them, who hears of them, and how they end.
+//! Streams by name: who may join, which subscriptions follow, and how streams end.
 
 use hopes_protocol::*;
 
 use crate::common::client::Client;
-use crate::common::roles::{Consumer, DERIVED, Daemon, FULL, Producer, open, points, subscribe};
+use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, Producer, open, points, subscribe};
 
 #[test]
 fn two_producers_feed_one_stream() {
     let daemon = Daemon::start("");
     let mut consumer = Consumer::subscribe(daemon.client(), {
-        // Somebody has to open it first.
+        // The stream must exist.
         daemon.producer("cam");
         subscribe("cam", FULL)
     });
@@ -18,12 +18,12 @@ fn two_producers_feed_one_stream() {
     assert!(!one.opened.created && !other.opened.created);
     let batch = one.batch(&[(0.0, 0.0), (1.0, 0.0)]);
     one.is_accepted(batch, 2);
-    // A commit closes the frame for everybody.
+    // A commit closes the frame for all producers.
     assert_eq!(other.frame(&[(1.0, 1.0), (0.0, 1.0)]), 1);
     assert_eq!(one.frame(&[(5.0, 5.0)]), 2);
-    assert_eq!(consumer.is_shown(Cause::Start), 1);
+    assert_eq!(consumer.expect_snapshot(Cause::Start), 1);
     assert_eq!((consumer.mirror.vertices().len(), consumer.mirror.critical().len()), (4, 1));
-    consumer.is_told_of(2);
+    consumer.expect_diff(2);
     daemon.stop();
 }
 
@@ -47,8 +47,8 @@ fn a_connection_feeds_many_streams() {
     }
     for channel in 1..4 {
         for round in 0..10 {
-            let Message::Accepted(accepted) = client.hear_on(channel) else { panic!("Accepted is due") };
-            let Message::Committed(committed) = client.hear_on(channel) else { panic!("Committed is due") };
+            let Message::Accepted(accepted) = client.receive_on(channel) else { panic!("Accepted is due") };
+            let Message::Committed(committed) = client.receive_on(channel) else { panic!("Committed is due") };
             assert_eq!((accepted.sequence, committed.sequence, committed.frame), (2 * round, 2 * round + 1, round + 1));
         }
     }
@@ -61,7 +61,7 @@ fn a_connection_feeds_many_streams() {
 }
 
 #[test]
-fn other_options_are_refused_and_none_are_taken_as_they_are() {
+fn other_options_are_refused_and_no_options_match_any() {
     let daemon = Daemon::start("--stream ready:window=frames:2,resolution=0.5");
     let with = |window, resolution| Open { name: "cam".to_owned(), window, resolution };
     let mut first = daemon.client();
@@ -121,12 +121,12 @@ fn names_and_patterns_have_rules() {
 }
 
 #[test]
-fn a_pattern_follows_streams_that_come_later() {
+fn a_pattern_follows_later_streams() {
     let daemon = Daemon::start("");
     daemon.producer("cam-1").frame(&[(0.0, 0.0)]);
     let mut consumer = Consumer::subscribe(daemon.client(), subscribe("cam-*", FULL));
     assert_eq!((consumer.opened.name.as_str(), consumer.opened.frame), ("cam-1", 1));
-    assert_eq!(consumer.is_shown(Cause::Start), 1);
+    assert_eq!(consumer.expect_snapshot(Cause::Start), 1);
     daemon.producer("other").frame(&[(0.0, 0.0)]);
     let mut second = daemon.producer("cam-2");
     let opened = match consumer.next() {
@@ -141,36 +141,36 @@ fn a_pattern_follows_streams_that_come_later() {
         }
         other => panic!("{other:?}"),
     }
-    // A subscription for what is not there yet is none for anything else.
+    // A subscription matches only its own pattern.
     let mut early = daemon.client();
     early.send(4, subscribe("late", DERIVED));
-    assert_eq!(early.settle(), []);
+    assert_eq!(early.drain(), []);
     daemon.producer("late").frame(&[(0.0, 0.0)]);
-    assert!(matches!(early.hear_on(4), Message::StreamOpened(opened) if opened.name == "late"));
-    assert!(matches!(early.hear_on(4), Message::Snapshot(snapshot) if snapshot.frame.number == 1));
+    assert!(matches!(early.receive_on(4), Message::StreamOpened(opened) if opened.name == "late"));
+    assert!(matches!(early.receive_on(4), Message::Snapshot(snapshot) if snapshot.frame.number == 1));
     daemon.stop();
 }
 
 #[test]
-fn the_end_of_a_stream_reaches_everybody() {
+fn the_end_of_a_stream_reaches_all_producers_and_consumers() {
     let daemon = Daemon::start("");
     let (mut one, mut other) = (daemon.producer("cam"), daemon.producer("cam"));
     let mut consumer = daemon.consumer("cam", FULL);
     one.frame(&[(0.0, 0.0)]);
     let batch = other.batch(&[(1.0, 0.0)]);
     other.is_accepted(batch, 1);
-    // What was not committed yet is a last frame.
+    // Points without a commit make a last frame.
     assert_eq!(one.close(true), 2);
     assert_eq!(other.answer(), Message::Closed(Closed { frame: 2 }));
-    consumer.is_shown(Cause::Start);
-    consumer.is_told_of(2);
+    consumer.expect_snapshot(Cause::Start);
+    consumer.expect_diff(2);
     match consumer.next() {
         Message::StreamClosed(closed) => assert_eq!((closed.stream, closed.frame), (consumer.opened.stream, 2)),
         last => panic!("{last:?}"),
     }
     other.batch(&[(2.0, 0.0)]);
-    assert_eq!(other.client.error_on(Producer::CHANNEL).code, ErrorCode::NoChannel as u16);
-    // At once, by the same name: another stream.
+    assert_eq!(other.client.expect_error_on(Producer::CHANNEL).code, ErrorCode::NoChannel as u16);
+    // Immediately afterwards the same name is a new stream.
     let again = Producer::open(one.client, open("cam"));
     assert!(again.opened.created && again.opened.frame == 0);
     assert!(again.opened.epoch != one.opened.epoch && again.opened.stream != one.opened.stream);
@@ -182,12 +182,12 @@ fn the_end_of_a_stream_reaches_everybody() {
 }
 
 #[test]
-fn a_stream_ends_and_begins_again_and_again() {
+fn a_stream_can_end_and_begin_repeatedly() {
     let daemon = Daemon::start("");
     let mut client = daemon.client();
     let mut consumer = daemon.client();
     consumer.send(Consumer::CHANNEL, Subscribe { dots: DotsWanted::All, ..subscribe("cam", FULL) });
-    // The subscription is there before any stream is.
+    // The subscription exists before any stream.
     consumer.ping();
     let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
     for _ in 0..50 {
@@ -199,7 +199,7 @@ fn a_stream_ends_and_begins_again_and_again() {
         client = producer.client;
         let mut heard = Vec::new();
         while !matches!(heard.last(), Some(Message::StreamClosed(_))) {
-            heard.push(consumer.hear_on(Consumer::CHANNEL));
+            heard.push(consumer.receive_on(Consumer::CHANNEL));
         }
         let [Message::StreamOpened(_), Message::Snapshot(snapshot), Message::Dots(dots), Message::StreamClosed(closed)] =
             &heard[..]
@@ -216,25 +216,25 @@ fn accepted(sequence: u64, points: u32) -> Message {
 }
 
 #[test]
-fn a_stream_stays_when_its_producers_go() {
+fn a_stream_stays_when_its_producers_leave() {
     let daemon = Daemon::start("");
     let mut producer = daemon.producer("cam");
     let mut random = crate::common::random::Random::new(3);
     producer.frame(&points(&mut random, 20));
     assert_eq!(producer.close(false), 1);
-    // The channel is free again, and what comes on it without Open is refused.
+    // The channel is free again. Messages on it without `Open` are refused.
     producer.batch(&[(0.0, 0.0)]);
-    assert_eq!(producer.client.error_on(1).code, ErrorCode::NoChannel as u16);
+    assert_eq!(producer.client.expect_error_on(1).code, ErrorCode::NoChannel as u16);
     assert_eq!(daemon.stream("cam").info.producers, 0);
     let again = Producer::open(producer.client, open("cam"));
     assert_eq!((again.opened.created, again.opened.frame), (false, 1));
     drop(again);
-    assert_eq!(daemon.consumer("cam", FULL).is_shown(Cause::Start), 1);
+    assert_eq!(daemon.consumer("cam", FULL).expect_snapshot(Cause::Start), 1);
     daemon.stop();
 }
 
 #[test]
-fn messages_for_no_channel_are_refused() {
+fn messages_on_a_closed_channel_are_refused() {
     let daemon = Daemon::start("");
     let mut client = daemon.client();
     let batch = Batch { sequence: 1, points: vec![(0.0, 0.0)], times: vec![], tags: vec![] };

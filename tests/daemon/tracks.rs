@@ -1,18 +1,18 @@
-//! Tracks over sockets: who wants them is told of them, from where he was told before, and nobody else is.
+//! Tracks over sockets: only consumers that ask for tracks get them, from the frame of their last message on.
 
 use hopes_protocol::*;
 
 use crate::common::client::{Client, brief, bytes, hello};
+use crate::common::peers::{Consumer, DERIVED, Daemon, Point, Producer, open};
 use crate::common::process::hopes;
-use crate::common::roles::{Consumer, DERIVED, Daemon, Point, Producer, open};
 
-/// A circle of radius 1, points on which stand a fourteenth apart.
+/// A circle of radius 1 with fourteen points for each radius of length.
 fn circle([x, y]: [f64; 2]) -> Vec<Point> {
     let angle = |step: u32| std::f64::consts::TAU * f64::from(step) / 90.0;
     (0..90).map(|step| (x + angle(step).cos(), y + angle(step).sin())).collect()
 }
 
-/// A stream whose frames replace each other: a circle that moves, and in every third frame another one.
+/// A stream whose frames replace each other: a circle that moves, and in every third frame a second one.
 struct Film {
     producer: Producer,
     frame: u64,
@@ -41,7 +41,7 @@ impl Film {
     }
 }
 
-/// Follows a stream and its tracks.
+/// A consumer of a stream and its tracks.
 struct Watcher {
     consumer: Consumer,
     tracks: TrackMirror,
@@ -55,7 +55,7 @@ impl Watcher {
     }
 
     /// The next message about tracks.
-    fn told(&mut self) -> Tracks {
+    fn next_tracks(&mut self) -> Tracks {
         loop {
             if let Message::Tracks(tracks) = self.consumer.next() {
                 assert!(tracks.frame <= self.consumer.mirror.number(), "the frame was sent before");
@@ -65,26 +65,26 @@ impl Watcher {
         }
     }
 
-    fn told_to(&mut self, frame: u64) -> Vec<Tracks> {
-        let mut told = Vec::new();
+    fn tracks_to(&mut self, frame: u64) -> Vec<Tracks> {
+        let mut messages = Vec::new();
         while self.tracks.frame() < frame {
-            told.push(self.told());
+            messages.push(self.next_tracks());
         }
-        told
+        messages
     }
 }
 
 const TRACKS: &str = "--track above:0.5";
 
 #[test]
-fn who_wants_tracks_is_told_of_them_frame_by_frame() {
+fn a_consumer_that_asks_for_tracks_gets_them_in_every_frame() {
     let daemon = Daemon::start(TRACKS);
     let mut film = Film::new(&daemon);
     let mut watcher = Watcher::new(&daemon, TracksWanted::Alive);
     let mut other = daemon.consumer("film", DERIVED);
     for frame in 1..=12 {
         film.step();
-        let tracks = watcher.told();
+        let tracks = watcher.next_tracks();
         assert_eq!((tracks.frame, tracks.from), (frame, frame - 1));
         assert_eq!(tracks.alive.map(|alive| alive.len()), Some(watcher.tracks.alive().len()));
     }
@@ -98,33 +98,33 @@ fn who_wants_tracks_is_told_of_them_frame_by_frame() {
 }
 
 #[test]
-fn events_alone_come_when_something_has_happened() {
+fn events_alone_are_sent_only_for_frames_with_events() {
     let daemon = Daemon::start("--track above:0.5 --track-delta 100");
     let mut film = Film::new(&daemon);
     let mut watcher = Watcher::new(&daemon, TracksWanted::Events);
     film.steps(20);
-    let told = watcher.told_to(20);
-    assert!(told.iter().all(|tracks| (tracks.from == 0) == tracks.alive.is_some()));
-    assert!(told.iter().all(|tracks| tracks.from == 0 || !tracks.events.is_empty()));
-    let events = told.iter().flat_map(|tracks| &tracks.events);
+    let messages = watcher.tracks_to(20);
+    assert!(messages.iter().all(|tracks| (tracks.from == 0) == tracks.alive.is_some()));
+    assert!(messages.iter().all(|tracks| tracks.from == 0 || !tracks.events.is_empty()));
+    let events = messages.iter().flat_map(|tracks| &tracks.events);
     let story: Vec<(u64, u64, Happening)> =
         events.map(|event| (event.frame, event.track.id, event.happening)).collect();
     let (born, died) = (Happening::Born, Happening::Died);
     let whole = [(2, 1, born), (5, 2, born), (8, 2, died), (11, 3, born), (14, 3, died), (17, 4, born), (20, 4, died)];
-    // Who comes before the first frame is told of everything, who comes later from there on.
+    // A consumer that joins before the first frame gets all events, a later one those after its start.
     assert!(whole.ends_with(&story) && story.len() >= 5, "{story:?}");
     daemon.stop();
 }
 
 #[test]
-fn who_comes_late_is_told_who_is_alive() {
+fn a_late_consumer_gets_the_living_tracks() {
     let daemon = Daemon::start(TRACKS);
     let mut film = Film::new(&daemon);
     let mut first = Watcher::new(&daemon, TracksWanted::Cycles);
     film.steps(5);
-    first.told_to(5);
+    first.tracks_to(5);
     let mut late = Watcher::new(&daemon, TracksWanted::Cycles);
-    let tracks = late.told();
+    let tracks = late.next_tracks();
     assert_eq!((tracks.from, tracks.frame, tracks.cycles.len()), (0, 5, 2));
     for cycle in &tracks.cycles {
         assert_eq!(cycle.walks.iter().map(Vec::len).collect::<Vec<_>>(), [90]);
@@ -132,22 +132,22 @@ fn who_comes_late_is_told_who_is_alive() {
     }
     for _ in 0..8 {
         film.step();
-        assert_eq!(late.told(), first.told());
+        assert_eq!(late.next_tracks(), first.next_tracks());
     }
     assert_eq!((late.tracks.alive(), late.tracks.cycles()), (first.tracks.alive(), first.tracks.cycles()));
     daemon.stop();
 }
 
 #[test]
-fn who_is_slow_misses_no_event() {
+fn a_slow_consumer_misses_no_event() {
     let daemon = Daemon::start("--track above:0.5 --consumer-queue 1KiB");
     let mut film = Film::new(&daemon);
     film.step();
     let mut slow = Watcher::new(&daemon, TracksWanted::Events);
-    slow.told();
+    slow.next_tracks();
     film.steps(400);
-    let told = slow.told_to(400);
-    let mut births: Vec<u64> = told
+    let messages = slow.tracks_to(400);
+    let mut births: Vec<u64> = messages
         .iter()
         .flat_map(|tracks| &tracks.events)
         .filter(|event| event.happening == Happening::Born)
@@ -165,50 +165,50 @@ fn tracks_can_be_switched_off_and_on() {
     let mut film = Film::new(&daemon);
     let mut watcher = Watcher::new(&daemon, TracksWanted::Alive);
     film.steps(3);
-    watcher.told_to(3);
+    watcher.tracks_to(3);
     watcher.consumer.client.send(Consumer::CHANNEL, WantTracks { tracks: TracksWanted::No });
-    watcher.consumer.client.settle();
+    watcher.consumer.client.drain();
     film.step();
-    watcher.consumer.is_told_of(4);
+    watcher.consumer.expect_diff(4);
     film.step();
-    watcher.consumer.is_told_of(5);
+    watcher.consumer.expect_diff(5);
     watcher.consumer.client.send(Consumer::CHANNEL, WantTracks { tracks: TracksWanted::Alive });
-    let again = watcher.told();
+    let again = watcher.next_tracks();
     assert_eq!((again.from, again.frame), (0, 5));
     daemon.stop();
 }
 
 #[test]
-fn what_cannot_be_wanted_is_refused() {
+fn invalid_requests_for_tracks_are_refused() {
     let without = Daemon::start("");
     Film::new(&without).step();
     let wanted = WantTracks { tracks: TracksWanted::Alive };
     let mut consumer = without.consumer("film", DERIVED);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     assert_eq!(consumer.client.is_refused(Consumer::CHANNEL, wanted), ErrorCode::BadOptions as u16);
     assert_eq!(consumer.client.is_refused(7, wanted), ErrorCode::NoChannel as u16);
     without.stop();
 }
 
-/// A client of version 1 does not know such messages, and so they are none.
+/// A client of version 1 does not know these messages, so they are unknown types.
 #[test]
 fn in_version_1_there_are_no_tracks() {
     let daemon = Daemon::start(TRACKS);
-    let mut client = Client::silent(&daemon.address);
+    let mut client = Client::without_banner(&daemon.address);
     client.write(&Banner { lowest: 1, highest: 1 }.encode());
     client.banner();
-    client.speaks(1);
+    client.set_version(1);
     client.write(&encode(1, 0, &hello().into()).unwrap());
-    assert!(matches!(client.hear_on(0), Message::Welcome(_)));
+    assert!(matches!(client.receive_on(0), Message::Welcome(_)));
     let wanted = bytes(3, WantTracks { tracks: TracksWanted::Alive });
     client.write(&[&header(1, 0x020D, 3, 1), &wanted[HEADER..]].concat());
-    let report = client.error_on(3);
+    let report = client.expect_error_on(3);
     assert_eq!((report.code, report.answers), (ErrorCode::Unexpected as u16, 0x020D), "{}", report.text);
     daemon.stop();
 }
 
 #[test]
-fn watch_tells_of_tracks() {
+fn watch_shows_tracks() {
     let daemon = Daemon::start(TRACKS);
     let mut film = Film::new(&daemon);
     film.step();

@@ -1,4 +1,5 @@
-//! What consumers see: every kind of view, frame by frame, against the library on the same points; each frame computed once for everybody.
+//! What consumers receive: every kind of view, frame by frame, compared with the library on the same points. Each frame
+//! is computed once for all consumers.
 
 use std::num::{NonZeroU32, NonZeroU64};
 use std::sync::Arc;
@@ -6,8 +7,8 @@ use std::sync::Arc;
 use hopes::topology::{self, Options, Pipeline, RankedDot, ViewSpec, simplify};
 use hopes_protocol::*;
 
+use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, Point, Producer, open, points, subscribe};
 use crate::common::random::Random;
-use crate::common::roles::{Consumer, DERIVED, Daemon, FULL, Point, Producer, open, points, subscribe};
 
 const fn plain(cut: Cut) -> View {
     View { cut, simplify: Simplify::No }
@@ -25,10 +26,10 @@ const VIEWS: [View; 9] = [
     View { cut: Cut::Derived(2, 1), simplify: Simplify::Below(0.02) },
 ];
 
-/// The library on the points that a daemon was sent, frame by frame.
+/// The library's result for the points that a daemon was sent, frame by frame.
 struct Reference {
     pipeline: Pipeline,
-    /// The newest one.
+    /// The newest frame.
     frame: Option<Arc<topology::Frame>>,
 }
 
@@ -64,7 +65,7 @@ impl Reference {
     }
 
     #[track_caller]
-    fn is_seen_by(&self, mirror: &Mirror) {
+    fn check_consumer(&self, mirror: &Mirror) {
         let frame = mirror.frame().expect("there is a frame");
         let (snapshot, shown) = self.snapshot(frame.view);
         let vertices = snapshot.vertices.iter().map(|vertex| (vertex.id.0, vertex.position.xy().into()));
@@ -126,24 +127,24 @@ fn cloud(random: &mut Random, count: usize, frame: u32) -> Vec<Point> {
 }
 
 #[test]
-fn every_kind_of_view_is_what_the_library_says_frame_by_frame() {
+fn every_kind_of_view_equals_the_librarys_in_every_frame() {
     let daemon = Daemon::start("");
     let mut random = Random::new(20);
     let mut reference = Reference::new(400);
     let mut producer = windowed(&daemon, 400);
     let mut consumers: Vec<Consumer> = VIEWS.iter().map(|&view| daemon.consumer("cam", view)).collect();
     for frame in 1..=25 {
-        // Small and large changes: followed in tiles, and in one pass.
+        // Small and large changes: computed in tiles, and in one pass.
         let cloud = cloud(&mut random, if frame % 10 == 1 { 400 } else { 12 }, frame);
         reference.commit(&cloud);
         assert_eq!(producer.frame(&cloud), u64::from(frame));
         for consumer in &mut consumers {
             if frame == 1 {
-                consumer.is_shown(Cause::Start);
+                consumer.expect_snapshot(Cause::Start);
             } else {
-                consumer.is_told_of(frame.into());
+                consumer.expect_diff(frame.into());
             }
-            reference.is_seen_by(&consumer.mirror);
+            reference.check_consumer(&consumer.mirror);
         }
     }
     let stream = daemon.stream("cam");
@@ -152,7 +153,7 @@ fn every_kind_of_view_is_what_the_library_says_frame_by_frame() {
 }
 
 #[test]
-fn a_frame_is_computed_once_for_everybody_and_not_at_all_for_nobody() {
+fn a_frame_is_computed_once_for_all_consumers_and_never_without_one() {
     let daemon = Daemon::start("");
     let mut random = Random::new(21);
     let mut producer = windowed(&daemon, 300);
@@ -162,12 +163,12 @@ fn a_frame_is_computed_once_for_everybody_and_not_at_all_for_nobody() {
     assert_eq!(daemon.stream("cam").computed, 0, "nobody looks");
     let mut consumers: Vec<Consumer> = (0..20).map(|number| daemon.consumer("cam", VIEWS[number % 5])).collect();
     for consumer in &mut consumers {
-        consumer.is_shown(Cause::Start);
+        consumer.expect_snapshot(Cause::Start);
     }
     for _ in 0..10 {
         let frame = producer.frame(&points(&mut random, 20));
         for consumer in &mut consumers {
-            consumer.is_told_of(frame);
+            consumer.expect_diff(frame);
         }
     }
     let stream = daemon.stream("cam");
@@ -176,7 +177,7 @@ fn a_frame_is_computed_once_for_everybody_and_not_at_all_for_nobody() {
 }
 
 #[test]
-fn dots_are_the_most_persistent_ones_and_come_when_they_change() {
+fn the_most_persistent_dots_are_sent_when_they_change() {
     let daemon = Daemon::start("");
     let mut random = Random::new(22);
     let mut reference = Reference::new(300);
@@ -200,39 +201,39 @@ fn dots_are_the_most_persistent_ones_and_come_when_they_change() {
         }
     }
     assert!(sent > 15, "{sent}");
-    // Nothing changes: no dots. Other dots are wanted: they come after the snapshot.
+    // Without a change no dots are sent. If other dots are asked for, they come after the snapshot.
     producer.frame(&[]);
     for (most, mut consumer) in consumers {
-        consumer.is_told_of(16);
-        assert_eq!(consumer.client.settle(), []);
+        consumer.expect_diff(16);
+        assert_eq!(consumer.client.drain(), []);
         let (view, dots) = (FULL, if most == 3 { DotsWanted::Top(1) } else { DotsWanted::No });
         consumer.client.send(Consumer::CHANNEL, ChangeView { view, dots });
-        consumer.is_shown(Cause::ViewChanged);
+        consumer.expect_snapshot(Cause::ViewChanged);
         if most == 3 {
             assert!(matches!(consumer.next(), Message::Dots(dots) if dots.dots == reference.dots(1).1));
         }
-        assert_eq!(consumer.client.settle(), []);
+        assert_eq!(consumer.client.drain(), []);
     }
     daemon.stop();
 }
 
 #[test]
-fn dots_come_once_even_if_there_are_none() {
+fn dots_are_sent_once_even_if_there_are_none() {
     let daemon = Daemon::start("");
     let mut producer = daemon.producer("cam");
     let wanted = Subscribe { dots: DotsWanted::All, ..subscribe("cam", FULL) };
     let mut consumer = Consumer::subscribe(daemon.client(), wanted);
     producer.frame(&[(0.0, 0.0)]);
-    consumer.is_shown(Cause::Start);
+    consumer.expect_snapshot(Cause::Start);
     assert!(matches!(consumer.next(), Message::Dots(dots) if dots.total == 0 && dots.frame == 1));
     producer.frame(&[(1.0, 0.0)]);
-    consumer.is_told_of(2);
-    assert_eq!(consumer.client.settle(), []);
+    consumer.expect_diff(2);
+    assert_eq!(consumer.client.drain(), []);
     daemon.stop();
 }
 
 #[test]
-fn views_that_make_no_sense_are_refused() {
+fn invalid_views_are_refused() {
     let daemon = Daemon::start("--stream cam");
     let mut consumer = daemon.consumer("cam", FULL);
     let simplified = |cut, simplify| View { cut, simplify };
@@ -251,6 +252,6 @@ fn views_that_make_no_sense_are_refused() {
         assert_eq!(consumer.client.is_refused(Consumer::CHANNEL, change), ErrorCode::BadOptions as u16, "{view:?}");
     }
     daemon.producer("cam").frame(&[(0.0, 0.0)]);
-    assert_eq!(consumer.is_shown(Cause::Start), 1, "the subscription goes on");
+    assert_eq!(consumer.expect_snapshot(Cause::Start), 1, "the subscription goes on");
     daemon.stop();
 }

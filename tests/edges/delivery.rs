@@ -1,11 +1,11 @@
-//! `--to`: what a daemon is sent.
+//! `--to`: the messages that a daemon gets.
 
 use hopes_protocol::*;
 
 use crate::common::fake_daemon::{FakeDaemon, Peer};
 use crate::{Gray, edges, folder};
 
-/// Takes all that comes, to the end: points of batches and times of commits.
+/// Accepts all messages to the end. Returns points of batches and times of commits.
 fn take_all(peer: &mut Peer, channel: u32) -> Vec<String> {
     let (mut taken, mut frame) = (Vec::new(), 0);
     loop {
@@ -24,7 +24,7 @@ fn take_all(peer: &mut Peer, channel: u32) -> Vec<String> {
             }
             Message::Close(Close { end: false }) => {
                 peer.send(channel, Closed { frame });
-                assert_eq!(peer.parts(), "that is all");
+                assert_eq!(peer.expect_goodbye(), "that is all");
                 return taken;
             }
             other => panic!("{other:?}"),
@@ -52,7 +52,7 @@ fn each_picture_is_a_frame_of_the_stream() {
 }
 
 #[test]
-fn a_stream_that_is_there_keeps_its_window() {
+fn an_existing_stream_keeps_its_window() {
     let folder = folder(&[("1.png", Gray::step(9, 1, 4, 200).png())]);
     let refuse = |peer: &mut Peer| {
         let Some((channel, Message::Open(open))) = peer.next() else { panic!("Open comes first") };
@@ -68,7 +68,7 @@ fn a_stream_that_is_there_keeps_its_window() {
     assert_eq!((open.name.as_str(), open.window), ("default", None));
     assert_eq!(take_all(&mut peer, channel), ["[(3.0, 0.0)]", "commit None"]);
     assert_eq!(client.finish().code, Some(0));
-    // Who asks for a window means it.
+    // An explicit window must match.
     let daemon = FakeDaemon::new();
     let client = edges(folder.path(), "--window all --to").with(daemon.address()).start();
     let mut peer = daemon.greet();
@@ -78,7 +78,7 @@ fn a_stream_that_is_there_keeps_its_window() {
 }
 
 #[test]
-fn strict_stops_and_nothing_at_all_fails() {
+fn strict_stops_and_an_empty_input_fails() {
     let bad = folder(&[("1.png", Vec::new()), ("2.png", Gray::step(9, 1, 4, 200).png())]);
     for (path, arguments, code, words) in [
         (bad.path().to_owned(), "--strict --to", 3, "(--strict stops here)"),

@@ -1,4 +1,4 @@
-//! Beside OpenCV: pictures, and what it finds in them (`tests/data/edges/make.py` made both).
+//! Comparison with OpenCV: pictures, and OpenCV's edges in them (`tests/data/edges/make.py` made both).
 
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -9,12 +9,12 @@ use crate::{edges, frames};
 
 type Pixels = BTreeSet<[u32; 2]>;
 
-/// What OpenCV was asked for, by its bit, and how we ask for the same.
+/// OpenCV's parameters, by bit, and our options for the same.
 const SETTINGS: [(u8, &str); 3] = [(128, ""), (64, "--low 50 --ratio 2"), (32, "--low 40 --blur 1.4")];
 
-/// What share of the pixels of either must also be in the other. PNG is decoded the same by everybody; of a JPEG's
-/// levels one in some is off by one, and a blurred slope has many that nearly tie.
-fn least(is_jpeg: bool, bit: u8) -> f64 {
+/// The share of either side's pixels that the other side must have too. All decoders give the same pixels of a PNG. In
+/// a JPEG some levels differ by one, and a blurred slope has many near ties.
+fn least_agreement(is_jpeg: bool, bit: u8) -> f64 {
     match (is_jpeg, bit) {
         (false, _) => 1.0,
         (true, 32) => 0.98,
@@ -22,7 +22,7 @@ fn least(is_jpeg: bool, bit: u8) -> f64 {
     }
 }
 
-/// What OpenCV found.
+/// The edges that OpenCV found.
 fn found(path: &Path) -> (u32, Vec<u8>) {
     let mut reader = png::Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();
     assert_eq!(reader.output_color_type(), (png::ColorType::Grayscale, png::BitDepth::Eight));
@@ -45,7 +45,7 @@ fn pictures() -> Vec<(PathBuf, PathBuf)> {
 }
 
 #[test]
-fn edges_are_those_of_opencv() {
+fn edges_equal_those_of_opencv() {
     let pictures = pictures();
     assert_eq!(pictures.len(), 20);
     for (picture, mask) in pictures {
@@ -63,7 +63,7 @@ fn edges_are_those_of_opencv() {
             let both = ours.intersection(&theirs).count() as f64;
             let share = (both / ours.len() as f64).min(both / theirs.len() as f64);
             let is_jpeg = picture.extension().is_some_and(|ending| ending == "jpg");
-            assert!(share >= least(is_jpeg, bit), "{picture:?} {arguments}: {share}");
+            assert!(share >= least_agreement(is_jpeg, bit), "{picture:?} {arguments}: {share}");
         }
     }
 }

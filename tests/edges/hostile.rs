@@ -1,10 +1,10 @@
-//! Input that is none: it is refused by name, counted, and what is good goes on.
+//! Invalid input: it is refused with its name and counted, and the rest is processed.
 
 use crate::common::process::hopes;
 use crate::common::random::Random;
 use crate::{Gray, column, edges, folder, frames};
 
-/// What a process may take, whatever a file announces.
+/// The most memory that a process may use, whatever a file announces.
 #[cfg(target_os = "linux")]
 const MEMORY: u64 = 400 << 20;
 
@@ -12,7 +12,7 @@ fn good() -> Vec<u8> {
     Gray::step(12, 3, 5, 200).png()
 }
 
-/// A PNG that says that it is that large.
+/// A PNG that announces this size.
 fn announced(width: u32, height: u32) -> Vec<u8> {
     let mut bytes = good();
     bytes[16..20].copy_from_slice(&width.to_be_bytes());
@@ -26,7 +26,7 @@ fn announced(width: u32, height: u32) -> Vec<u8> {
     bytes
 }
 
-/// A JPEG whose size is overwritten.
+/// A JPEG with an overwritten size.
 fn announced_jpeg(width: u16, height: u16) -> Vec<u8> {
     let mut bytes = std::fs::read("tests/data/edges/bunny-gray.jpg").unwrap();
     let frame = bytes.windows(2).position(|marker| marker == [0xff, 0xc0]).unwrap();
@@ -36,7 +36,7 @@ fn announced_jpeg(width: u16, height: u16) -> Vec<u8> {
 }
 
 #[test]
-fn bad_pictures_are_named_and_the_rest_goes_on() {
+fn bad_pictures_are_named_and_skipped() {
     let jpeg = std::fs::read("tests/data/edges/bunny-gray.jpg").unwrap();
     let files = [
         ("1.png", good()),
@@ -65,7 +65,7 @@ fn bad_pictures_are_named_and_the_rest_goes_on() {
     ] {
         assert!(finished.err.contains(words), "{words}: {}", finished.err);
     }
-    // What is refused keeps its place in time.
+    // A refused picture keeps its place in time.
     let text = finished.text();
     assert!(text.contains("\"time\":0.0}") && text.contains("\"time\":0.09}") && text.lines().count() == 4, "{text}");
     edges(bad.path().join("2.png"), "").runs().fails(1, &["2.png: damaged PNG", "nothing of the input could be used"]);
@@ -80,7 +80,7 @@ fn bad_pictures_are_named_and_the_rest_goes_on() {
 }
 
 #[test]
-fn bad_video_says_which_frame() {
+fn an_error_in_a_video_names_the_frame() {
     let frame = [b"FRAME\n".as_slice(), &Gray::step(12, 3, 5, 200).pixels].concat();
     let video = |header: &str, rest: &[&[u8]]| [format!("YUV4MPEG2 {header}\n").as_bytes(), &rest.concat()].concat();
     for (input, found, words) in [
@@ -112,7 +112,7 @@ fn bad_video_says_which_frame() {
 }
 
 impl crate::common::process::Finished {
-    /// The exit code, the log, and how many frames were written.
+    /// The exit code, the log, and the number of written frames.
     fn code_and_log(self) -> (Option<i32>, String, usize) {
         assert!(!self.err.contains("panicked"), "{}", self.err);
         let text = String::from_utf8(self.out).unwrap();
@@ -120,7 +120,7 @@ impl crate::common::process::Finished {
     }
 }
 
-/// Whatever is changed in good files, the process goes through all of them.
+/// The process goes through all damaged files.
 #[test]
 fn damaged_files_never_end_the_process() {
     let mut random = Random::new(7);
@@ -131,7 +131,7 @@ fn damaged_files_never_end_the_process() {
         for number in 0..24 {
             let mut bytes = good.clone();
             for _ in 0..1 + number % 4 {
-                // Headers are where it hurts.
+                // Damage to headers is the most interesting.
                 let end = if random.below(2) == 0 { bytes.len().min(700) } else { bytes.len() };
                 bytes[random.below(end as u64) as usize] = random.below(256) as u8;
             }

@@ -1,16 +1,16 @@
-//! Video on stdin: YUV4MPEG2 of every kind, and bare gray frames.
+//! Video on stdin: YUV4MPEG2 of every kind, and raw gray frames.
 
 use serde_json::Value;
 
 use crate::common::process::hopes;
 use crate::{Gray, column, frames};
 
-/// Three frames with steps at different columns.
+/// Three frames with a step at different columns.
 fn steps() -> [Gray; 3] {
     [5, 8, 12].map(|at| Gray::step(18, 7, at, 200))
 }
 
-/// Video of frames: the rest of its header, and what comes after the luma of each frame.
+/// A video of frames: the rest of its header, and the bytes after the luma of each frame.
 fn video(header: &str, colours: &[u8], frames: &[Gray]) -> Vec<u8> {
     let mut bytes = format!("YUV4MPEG2 W{} H{} {header}\n", frames[0].width, frames[0].height).into_bytes();
     for frame in frames {
@@ -21,7 +21,7 @@ fn video(header: &str, colours: &[u8], frames: &[Gray]) -> Vec<u8> {
     bytes
 }
 
-/// As samples of so many bits, in two bytes each.
+/// The frame with samples of `bits` bits, in two bytes each.
 fn deep(frame: &Gray, bits: u32) -> Gray {
     let pixels = frame.pixels.iter().flat_map(|&pixel| (u16::from(pixel) << (bits - 8) | 1).to_le_bytes()).collect();
     Gray { pixels, ..*frame }
@@ -61,7 +61,7 @@ fn every_layout_gives_the_same_edges() {
 }
 
 #[test]
-fn headers_of_frames_may_say_more() {
+fn frame_headers_may_have_parameters() {
     let frame = Gray::step(6, 2, 3, 200);
     let mut input = b"YUV4MPEG2 W6 H2 Cmono\nFRAME It XSOMETHING=1\n".to_vec();
     input.extend(frame.pixels);
@@ -69,8 +69,8 @@ fn headers_of_frames_may_say_more() {
 }
 
 #[test]
-fn luma_is_stretched_as_it_should_be() {
-    // From 16 to 126 is a gradient of 440 as it stands, and of 512 stretched.
+fn limited_luma_is_stretched() {
+    // A step from 16 to 126 has a gradient of 440, and of 512 when it is stretched.
     let pixels = (0..10 * 4).map(|at| if at % 10 < 5 { 16 } else { 126 }).collect();
     let frame = Gray { width: 10, height: 4, pixels };
     let count = |arguments: &str, header: &str| {
@@ -106,7 +106,7 @@ fn times_are_those_of_the_video() {
 }
 
 #[test]
-fn a_frame_is_written_as_soon_as_it_has_come() {
+fn a_frame_is_written_as_soon_as_it_has_arrived() {
     let mut running = hopes("edges -").start();
     let video = video("Cmono", &[], &steps());
     let (first, rest) = video.split_at(video.len() - 2 * (6 + 18 * 7));

@@ -1,4 +1,4 @@
-//! The page's copy of a skeleton: checksums of the golden vectors, random changes against a plain model, steps back.
+//! The page's mirror: checksums of the golden vectors, random changes compared with a plain model, steps back.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

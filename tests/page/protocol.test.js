@@ -1,4 +1,4 @@
-//! The page's reading and writing of the protocol against the golden vectors.
+//! The page's encoding and decoding of the protocol, compared with the golden vectors.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

@@ -1,4 +1,4 @@
-//! The page's raster: dots and lines are where they should be, and nowhere else, wherever they come from.
+//! The page's raster: dots and lines have the right pixels and no others, wherever they are.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -42,7 +42,7 @@ test("a line is as wide as a pixel, without gaps, from end to end, and cut at th
       const off = Math.abs((left + 0.5 - ax) * y - (top + 0.5 - ay) * x) / Math.hypot(x, y);
       assert.ok(off < 1, `pixel ${left}, ${top} is ${off} off the line`);
     }
-    // How many rows or columns it goes through inside.
+    // The number of rows or columns that the line crosses inside.
     const steps = 20_000;
     const places = new Set();
     for (let i = 0; i <= steps; i++) {

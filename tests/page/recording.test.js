@@ -1,6 +1,6 @@
-//! The page's mirror and tracks on what a daemon really sends: a film's frames, through the program.
+//! The page's mirror and tracks on a real daemon's messages: the frames of a film, made by the program.
 //!
-//! Takes the program from the environment's HOPES, else a build in `target`; passes over itself where there is none.
+//! The program is HOPES in the environment, else a build in `target`. The test is skipped if there is none.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -29,7 +29,7 @@ function messages(...options) {
   inbox.skip(BANNER);
   const all = [];
   for (let frame; (frame = inbox.next((other) => other === version));) {
-    // Elapsed is for recordings alone.
+    // Elapsed is only in recordings.
     if (frame.type !== 0x0f01) all.push(readMessage(version, frame.type, frame.body));
   }
   return all;

@@ -1,4 +1,4 @@
-//! The page's tracks: the stories of the golden vectors, contradictions, and lives in their lanes.
+//! The page's tracks: the sequences of the golden vectors, contradictions, and lifetimes in their lanes.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

@@ -1,4 +1,4 @@
-//! `hopes feed`: what it sends, what it makes of the answers, and of daemons that do not answer.
+//! `hopes feed`: what it sends, and how it handles answers and daemons that do not answer.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -8,15 +8,15 @@ use rustix::process::Signal;
 use serde_json::json;
 
 use crate::common::fake_daemon::{FakeDaemon, Peer, welcome};
+use crate::common::growing_stream::{frames, recording};
 use crate::common::process::{Hopes, hopes};
-use crate::common::scene::{frames, recording};
 use crate::replay::{at_once, messages};
 
 fn feed(daemon: &FakeDaemon, arguments: &str) -> Hopes {
     hopes("feed - --to").with(daemon.address()).and(arguments)
 }
 
-/// Takes all that a producer sends; says what it was.
+/// Accepts everything that a producer sends. Returns the messages.
 fn take_all(peer: &mut Peer, channel: u32) -> Vec<Message> {
     let (mut taken, mut frame) = (Vec::new(), 0);
     loop {
@@ -32,7 +32,7 @@ fn take_all(peer: &mut Peer, channel: u32) -> Vec<Message> {
             }
             Message::Close(Close { end: false }) => {
                 peer.send(channel, Closed { frame });
-                assert_eq!(peer.parts(), "that is all");
+                assert_eq!(peer.expect_goodbye(), "that is all");
                 return taken;
             }
             other => panic!("{other:?}"),
@@ -41,7 +41,7 @@ fn take_all(peer: &mut Peer, channel: u32) -> Vec<Message> {
     }
 }
 
-/// Without the numbers, which count from 0.
+/// Messages without their sequence numbers, which are checked to count from 0.
 fn contents(messages: Vec<Message>) -> Vec<String> {
     let mut next = 0;
     let mut numbered = |sequence| {
@@ -69,7 +69,7 @@ fn contents(messages: Vec<Message>) -> Vec<String> {
         .collect()
 }
 
-/// What a feed with these arguments sends of an input, and its log.
+/// The messages that a feed with these arguments sends for an input, and its log.
 fn fed(arguments: &str, input: &[u8]) -> (Vec<String>, String) {
     let daemon = FakeDaemon::new();
     let mut client = feed(&daemon, arguments).start();
@@ -83,7 +83,7 @@ fn fed(arguments: &str, input: &[u8]) -> (Vec<String>, String) {
 }
 
 #[test]
-fn lines_become_messages() {
+fn lines_are_sent_as_messages() {
     let (sent, log) = fed("", b"0,1\n2,3\n\nnan,5\n\n\n7,8");
     let expected = [
         "add [(0.0, 1.0), (2.0, 3.0)] []",
@@ -106,7 +106,7 @@ fn lines_become_messages() {
 }
 
 #[test]
-fn messages_become_messages() {
+fn input_in_the_wire_protocol_is_forwarded() {
     let input = frames(&[
         Batch { sequence: 9, points: vec![(1.0, 2.0), (3.0, 4.0)], times: vec![5.0, 6.0], tags: vec![7, 8] }.into(),
         Retract { sequence: 9, points: vec![(1.0, 2.0)] }.into(),
@@ -137,7 +137,7 @@ fn input_that_cannot_be_read_fails() {
         client.take_stdin().write_all(input).unwrap();
         let mut peer = daemon.greet();
         peer.open(5000);
-        peer.parts();
+        peer.expect_goodbye();
         client.finish().fails(1, words);
     };
     fails("--input bin", b"1,2\n", &["cannot read the input", "not written by hopes"]);
@@ -166,7 +166,7 @@ fn a_stream_is_opened_as_asked_or_not_at_all() {
 }
 
 #[test]
-fn what_is_refused_is_told_with_its_line() {
+fn refusals_are_reported_with_their_line() {
     let refuse = |arguments: &str| {
         let daemon = FakeDaemon::new();
         let client = feed(&daemon, arguments).start();
@@ -197,7 +197,7 @@ fn what_is_refused_is_told_with_its_line() {
     peer.send(channel, Overloaded { sequence: 2, points: 0, total: 0, policy: Policy::DropNewest });
     assert!(matches!(peer.next(), Some((_, Message::Close(_)))));
     peer.send(channel, Closed { frame: 12 });
-    peer.parts();
+    peer.expect_goodbye();
     let finished = client.finish();
     assert_eq!(finished.code, Some(0));
     for words in [
@@ -211,16 +211,16 @@ fn what_is_refused_is_told_with_its_line() {
     let (mut client, mut peer, channel) = refuse("--strict");
     client.say("1,2\n3,4\n5,6\n");
     answer(&mut peer, channel);
-    peer.parts();
+    peer.expect_goodbye();
     client.ends().fails(3, &["line 2, point (3, 4): is too far away (--strict stops here)"]);
     let (mut client, mut peer, _) = refuse("--strict");
     client.say("1,x\n");
-    peer.parts();
+    peer.expect_goodbye();
     client.ends().fails(3, &["line 1", "--strict stops here"]);
 }
 
 #[test]
-fn what_is_dropped_is_counted() {
+fn dropped_points_are_counted() {
     let daemon = FakeDaemon::new();
     let mut client = feed(&daemon, "--input jsonl").start();
     client.say("{\"points\":[[0,0],[1,1]]}\n");
@@ -233,14 +233,14 @@ fn what_is_dropped_is_counted() {
     peer.send(channel, Overloaded { sequence: 0, points: 2, total: 2, policy: Policy::DropOldest });
     assert!(matches!(peer.next(), Some((_, Message::Close(_)))));
     peer.send(channel, Closed { frame: 1 });
-    peer.parts();
+    peer.expect_goodbye();
     let finished = client.finish();
     assert!(finished.code == Some(0) && finished.err.contains("drops the oldest points"), "{}", finished.err);
     assert!(finished.err.contains("0 points accepted, 0 refused, 2 dropped; 1 frames"), "{}", finished.err);
 }
 
 #[test]
-fn only_so_many_messages_are_under_way() {
+fn the_number_of_unanswered_messages_is_limited() {
     let daemon = FakeDaemon::new();
     let mut client = feed(&daemon, "").start();
     let mut stdin = client.take_stdin();
@@ -252,7 +252,7 @@ fn only_so_many_messages_are_under_way() {
         waiting.push(message);
     }
     assert_eq!(waiting.len(), 64);
-    peer.pings(5);
+    peer.ping_and_wait(5);
     for (sequence, message) in (0..).zip(&waiting) {
         match message {
             Message::Batch(_) => peer.send(channel, Accepted { sequence, points: 1, placed: Vec::new() }),
@@ -266,7 +266,7 @@ fn only_so_many_messages_are_under_way() {
 }
 
 #[test]
-fn messages_are_as_large_as_the_daemon_takes() {
+fn batches_have_the_size_that_the_daemon_accepts() {
     let sizes = |welcome: Welcome, largest_batch: u32| -> Vec<usize> {
         let daemon = FakeDaemon::new();
         let mut client = feed(&daemon, "--input jsonl").start();
@@ -319,7 +319,7 @@ fn a_feed_that_loses_its_daemon_fails() {
 }
 
 #[test]
-fn a_signal_finishes_what_is_in_hand() {
+fn a_signal_finishes_the_current_frame() {
     let daemon = FakeDaemon::new();
     let mut client = feed(&daemon, "").start();
     client.say("1,2\n");
@@ -332,7 +332,7 @@ fn a_signal_finishes_what_is_in_hand() {
     peer.send(channel, Committed { sequence: 1, frame: 5 });
     assert_eq!(peer.next(), Some((channel, Close { end: false }.into())));
     peer.send(channel, Closed { frame: 5 });
-    peer.parts();
+    peer.expect_goodbye();
     let finished = client.ends();
     assert_eq!(finished.code, Some(0), "{}", finished.err);
     assert!(finished.err.contains("1 points accepted, 0 refused, 0 dropped; 1 frames, the last is 5"));
@@ -369,17 +369,17 @@ fn a_file_is_fed_over_and_over_at_its_pace() {
     let client = hopes("feed").with(&file).and("--loop --to").with(daemon.address()).start();
     let mut peer = daemon.greet();
     peer.open(5000);
-    peer.parts();
+    peer.expect_goodbye();
     client.finish().fails(1, &["nothing to loop over"]);
 }
 
 #[test]
-fn a_daemon_that_does_not_read_is_waited_for_while_it_is_there() {
+fn a_feed_waits_for_a_daemon_that_is_alive_and_does_not_read() {
     for daemon in [FakeDaemon::new(), FakeDaemon::over_tcp()] {
         let mut client = feed(&daemon, "--input jsonl").start();
         let line = json!({"points": vec![[0.25, 0.5]; 4096]}).to_string() + "\n";
         let mut stdin = client.take_stdin();
-        // More than the sockets' buffers hold, so that the client is stopped within a message.
+        // More than the sockets' buffers hold, so that the client is blocked within a message.
         let feeder = std::thread::spawn(move || drop(stdin.write_all(line.repeat(200).as_bytes())));
         let mut peer = daemon.greet_as(Welcome { timeout_ms: 600, ..welcome() });
         let (channel, _) = peer.open(5000);
@@ -407,7 +407,7 @@ fn a_daemon_that_does_not_read_is_waited_for_while_it_is_there() {
 }
 
 #[test]
-fn a_daemon_that_neither_reads_nor_speaks_is_given_up() {
+fn a_daemon_that_neither_reads_nor_sends_times_out() {
     let daemon = FakeDaemon::new();
     let mut client = feed(&daemon, "--input jsonl").start();
     let line = json!({"points": vec![[0.25, 0.5]; 4096]}).to_string() + "\n";

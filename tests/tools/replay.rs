@@ -1,4 +1,4 @@
-//! `hopes replay`: recordings whole, cut off, damaged, and what is none.
+//! `hopes replay`: whole recordings, recordings that are cut off or damaged, and files that are not recordings.
 
 use std::time::{Duration, Instant};
 
@@ -6,15 +6,15 @@ use hopes_protocol::*;
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
+use crate::common::growing_stream::{GrowingStream, frames, recording};
 use crate::common::mirror::Mirror as LineMirror;
 use crate::common::process::{Finished, hopes};
-use crate::common::scene::{Scene, frames, recording};
 
 pub const AT_ONCE: Duration = Duration::ZERO;
 
-/// What a daemon sends for four frames.
+/// The messages of a daemon for four frames.
 pub fn messages() -> Vec<Message> {
-    let mut scene = Scene::new(3);
+    let mut scene = GrowingStream::new(3);
     let mut messages = vec![scene.opened("cam", 7), scene.snapshot(Cause::Start), scene.diff()];
     messages.push(scene.dots());
     scene.diff();
@@ -39,7 +39,7 @@ pub fn replay(arguments: &str, bytes: impl AsRef<[u8]>) -> Finished {
     hopes("replay -").and(arguments).reads(bytes)
 }
 
-/// What is played of a recording until it breaks: its lines, and how it ends.
+/// The lines that are replayed of a damaged recording, and the result of the process.
 pub fn played(bytes: &[u8]) -> (usize, Finished) {
     let finished = replay("--fast --output jsonl", bytes);
     assert!(!finished.err.contains("panicked"), "{}", finished.err);
@@ -93,7 +93,7 @@ fn a_recording_of_a_recording_is_the_same() {
 }
 
 #[test]
-fn the_pace_is_the_recorded_one_or_another() {
+fn the_pace_can_be_changed() {
     let times = [0, 0, 600].map(Duration::from_millis);
     let bytes = recording(&times.into_iter().zip(messages()).collect::<Vec<_>>());
     let took = |arguments: &str| {
@@ -103,7 +103,7 @@ fn the_pace_is_the_recorded_one_or_another() {
     };
     assert!(took("") >= Duration::from_millis(600));
     assert!(took("--speed 3") >= Duration::from_millis(200));
-    // Times that go back, or have no end, are no reason to panic.
+    // Times that go back or are huge must not cause a panic.
     let mut odd =
         recording(&[(Duration::from_nanos(u64::MAX), messages()[0].clone()), (AT_ONCE, messages()[1].clone())]);
     assert_eq!(replay("--fast --output bin", &odd).out(), odd);
@@ -116,8 +116,8 @@ fn the_pace_is_the_recorded_one_or_another() {
 }
 
 #[test]
-fn a_recording_that_is_cut_off_is_played_up_to_there() {
-    let mut scene = Scene::new(1);
+fn a_recording_that_is_cut_off_is_replayed_up_to_the_cut() {
+    let mut scene = GrowingStream::new(1);
     let parts = [scene.opened("s", 1), scene.snapshot(Cause::Start), scene.diff()];
     let bytes = recording(&at_once(&parts));
     let ends: Vec<usize> = (1..=parts.len()).map(|count| recording(&at_once(&parts[..count])).len()).collect();
@@ -148,28 +148,30 @@ fn a_damaged_recording_says_where() {
 }
 
 #[test]
-fn what_is_no_recording_is_refused() {
+fn files_that_are_not_recordings_are_refused() {
     let banner = |lowest, highest| Banner { lowest, highest }.encode();
     replay("", b"points,in,a,table\n1,2,3,4\n").fails(1, &["not written by hopes", "-: "]);
     replay("", banner(3, 9)).fails(1, &["too new or too old", "speaks protocol versions 3 to 9"]);
     hopes("replay /nowhere/at.all").runs().fails(1, &["cannot open /nowhere/at.all"]);
     let frame = |kind, length| [&banner(1, 1)[..], &header(1, kind, 1, length)].concat();
     replay("", frame(0x0206, u32::MAX)).fails(1, &["damaged at byte 20", "4294967295 bytes"]);
-    // As much as is allowed, but not there: nothing is allocated, nothing waited for.
+    // The largest allowed length without a body: nothing is allocated, and nothing is waited for.
     let finished = replay("", frame(0x0206, LARGEST_FRAME));
     assert!(finished.code == Some(0) && finished.err.contains("cut off at byte 20"), "{}", finished.err);
     let other_version = [&banner(1, 1)[..], &encode(2, 0, &Ping { token: 1 }.into()).unwrap()].concat();
     replay("", other_version).fails(1, &["damaged at byte 20", "version 2"]);
     replay("", frames(&[Commit { sequence: 1, time: None }.into()])).fails(1, &["byte 20", "hopes feed --input bin"]);
     replay("", frames(&[Ping { token: 1 }.into()])).fails(1, &["at byte 20", "no place"]);
-    replay("", frames(&[Scene::new(1).dots()])).fails(1, &["at byte 20", "no stream number 1"]);
+    replay("", frames(&[GrowingStream::new(1).dots()])).fails(1, &["at byte 20", "no stream number 1"]);
 }
 
 #[test]
-fn a_body_that_announces_more_than_there_is_takes_no_memory() {
-    // A snapshot whose list of vertices is said to have 2^60 elements.
-    let Message::Snapshot(snapshot) = Scene::new(1).snapshot(Cause::Start) else { panic!("the scene has changed") };
-    let mut opened = frames(&[Scene::new(1).opened("s", 1)]);
+fn announced_lengths_take_no_memory() {
+    // A snapshot that announces 2^60 vertices.
+    let Message::Snapshot(snapshot) = GrowingStream::new(1).snapshot(Cause::Start) else {
+        panic!("the scene has changed")
+    };
+    let mut opened = frames(&[GrowingStream::new(1).opened("s", 1)]);
     let whole = encode(VERSION, 1, &Snapshot { vertices: Vec::new(), ..snapshot }.into()).unwrap();
     let body = &whole[HEADER..whole.len() - 4];
     // The three empty lists, and a checksum of nine bytes.
@@ -183,7 +185,7 @@ fn a_body_that_announces_more_than_there_is_takes_no_memory() {
     replay("", opened).fails(1, &[&place]);
 }
 
-/// Bit by bit: a reference, and short.
+/// A reference implementation, bit by bit.
 fn crc32c(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0u32, |crc, &byte| {
         (0..8).fold(crc ^ u32::from(byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0x82F6_3B78 } else { crc >> 1 })
@@ -191,8 +193,8 @@ fn crc32c(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn a_recording_that_does_not_lead_on_is_damaged() {
-    let mut scene = Scene::new(1);
+fn a_recording_with_a_gap_is_damaged() {
+    let mut scene = GrowingStream::new(1);
     let mut messages = vec![scene.opened("s", 1), scene.snapshot(Cause::Start)];
     scene.diff();
     messages.push(scene.diff());

@@ -1,4 +1,4 @@
-//! `hopes scene`: its formats, its truth, and what it refuses.
+//! `hopes scene`: its formats, its truth, and its errors.
 
 use std::fs;
 use std::io::Read;
@@ -26,7 +26,7 @@ fn scenes_are_listed() {
     }
 }
 
-/// What a consumer sees in each frame of a scene that is served: the view's numbers, the skeleton, the time.
+/// What a consumer gets for each frame of a scene that is served: the view's numbers, the skeleton, the time.
 fn served(scene_arguments: &str, serve_arguments: &str) -> Vec<(Picture, FrameLine)> {
     let points = scene(scene_arguments).out();
     let frames = hopes("serve --full").and(serve_arguments).reads(points).text();
@@ -65,8 +65,8 @@ fn the_truth_is_written_beside_the_points() {
     let asked = hopes("scene fuse --frames 300 --seed 3 --noise 0.05 --churn 0.2 --points-per-radius 8 --truth");
     let written = asked.with(&truth).and("-o").with(&points).runs().out();
     assert!(written.is_empty());
-    let told = fs::read_to_string(&truth).unwrap();
-    let lines = json_lines(&told);
+    let truth_text = fs::read_to_string(&truth).unwrap();
+    let lines = json_lines(&truth_text);
     assert_eq!(lines.len(), 301);
     let (above, smallest) = (lines[0]["above"].as_f64().unwrap(), lines[0]["smallest_radius"].as_f64().unwrap());
     assert_eq!(above, 0.4 * smallest);
@@ -85,17 +85,17 @@ fn the_truth_is_written_beside_the_points() {
     let merged = events.iter().find(|event| event["event"] == "merged").expect("the scene is called fuse");
     assert_eq!(keys(merged), "event id into");
 
-    // Neither the format nor where the points go says anything about the truth.
+    // Neither the format nor the destination of the points changes the truth.
     let again = folder.path().join("again");
     let asked = hopes("scene fuse --frames 300 --seed 3 --noise 0.05 --churn 0.2 --points-per-radius 8 --truth");
     let text = asked.with(&again).and("-o -").runs().out();
-    assert!(text == fs::read(&points).unwrap() && told == fs::read_to_string(&again).unwrap());
+    assert!(text == fs::read(&points).unwrap() && truth_text == fs::read_to_string(&again).unwrap());
     asked.with(&again).and("--format bin --shuffle").runs().out();
-    assert_eq!(told, fs::read_to_string(&again).unwrap());
+    assert_eq!(truth_text, fs::read_to_string(&again).unwrap());
 }
 
 #[test]
-fn what_cannot_be_played_is_refused() {
+fn invalid_scenes_are_refused() {
     for (arguments, words) in [
         ("", &["<NAME>"][..]),
         ("pinched", &["no scene \"pinched\"", "choose one of drift, static, pinch"]),
@@ -117,7 +117,7 @@ fn what_cannot_be_played_is_refused() {
 }
 
 #[test]
-fn whoever_has_seen_enough_of_a_scene_may_go() {
+fn a_closed_output_pipe_is_no_error() {
     for format in ["text", "jsonl", "bin"] {
         let mut running = hopes("scene drift --frames 1000000000 --format").and(format).start();
         let mut stdout = running.take_stdout();

@@ -1,4 +1,4 @@
-//! `hopes serve --track`: scenes whose holes are known, and what is told of them.
+//! `hopes serve --track`: scenes whose holes are known, and the tracks of their frames.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,7 +13,7 @@ fn scene(arguments: &str) -> Vec<u8> {
     hopes("scene").and(arguments).runs().out()
 }
 
-/// What `serve` says of tracks, frame by frame: events and living ones.
+/// The tracks in the output of `serve`, frame by frame: events and living tracks.
 fn tracked(points: &[u8], arguments: &str) -> Vec<(Value, Value)> {
     let text = hopes("serve").and(arguments).reads(points).text();
     let part = |line: &Value, key: &str| line.get(key).unwrap_or_else(|| panic!("{key} is missing: {line}")).clone();
@@ -21,7 +21,7 @@ fn tracked(points: &[u8], arguments: &str) -> Vec<(Value, Value)> {
 }
 
 #[test]
-fn neither_threads_nor_the_order_of_points_decide_anything() {
+fn threads_and_the_order_of_points_do_not_matter() {
     for name in ["mixed", "crowd"] {
         let scene_of = |more: &str| scene(&format!("{name} --frames 50 --seed 4 --points-per-radius 8 {more}"));
         for rule in
@@ -40,9 +40,9 @@ fn neither_threads_nor_the_order_of_points_decide_anything() {
     }
 }
 
-/// Every event that the truth has is told once, not more than three frames late, and of the hole that it happens to.
+/// Every true event is reported once, at most three frames late, for the right hole.
 #[test]
-fn splits_and_mergers_are_told_once_and_in_time() {
+fn splits_and_mergers_are_reported_once_and_in_time() {
     let folder = tempfile::tempdir().unwrap();
     let truth = folder.path().join("truth");
     for (name, kind) in [("pinch", "split"), ("fuse", "merged")] {
@@ -50,30 +50,30 @@ fn splits_and_mergers_are_told_once_and_in_time() {
         let points = made.runs().out();
         let truth = json_lines(&fs::read_to_string(&truth).unwrap());
         let above = truth[0]["above"].as_f64().unwrap();
-        let told = tracked(&points, &format!("--window frames:1 --track-list --track above:{above}"));
+        let tracks = tracked(&points, &format!("--window frames:1 --track-list --track above:{above}"));
         let frames_of = |events: Vec<&Value>| -> Vec<usize> {
             let has = |list: &Value| list.as_array().unwrap().iter().filter(|event| event["event"] == kind).count();
             events.iter().enumerate().flat_map(|(frame, list)| vec![frame; has(list)]).collect()
         };
-        let is = frames_of(told.iter().map(|(events, _)| events).collect());
+        let is = frames_of(tracks.iter().map(|(events, _)| events).collect());
         let should = frames_of(truth[1..].iter().map(|line| &line["events"]).collect());
         assert!(should.len() >= 2 && is.len() == should.len(), "{name}: {is:?}, should be {should:?}");
         for (is, should) in is.iter().zip(&should) {
             assert!((*should..=should + 3).contains(is), "{name}: {is}, should be {should}");
         }
-        // In nearly every frame as many are alive as there are holes.
+        // In nearly every frame there are as many living tracks as holes.
         let count = |list: &Value| list.as_array().map(Vec::len);
-        let differ = told.iter().zip(&truth[1..]).filter(|((_, alive), line)| count(alive) != count(&line["holes"]));
+        let differ = tracks.iter().zip(&truth[1..]).filter(|((_, alive), line)| count(alive) != count(&line["holes"]));
         assert!(differ.count() < 40, "{name}");
     }
 }
 
 #[test]
-fn events_and_living_tracks_tell_the_same_story() {
-    let told =
+fn events_and_living_tracks_agree() {
+    let tracks =
         tracked(&scene("mixed --frames 300 --seed 2 --noise 0.2"), "--window frames:1 --track-list --track above:0.28");
     let mut alive: BTreeMap<u64, Value> = BTreeMap::new();
-    for (events, living) in &told {
+    for (events, living) in &tracks {
         for event in events.as_array().unwrap() {
             let id = event["id"].as_u64().unwrap();
             let known = match event["event"].as_str().unwrap() {
@@ -107,7 +107,7 @@ fn tracks_of_serve_are_what_hopes_tracks_reads() {
 }
 
 #[test]
-fn what_cannot_be_tracked_is_refused() {
+fn invalid_tracking_options_are_refused() {
     for (arguments, words) in [
         ("--track top:0", "none of view, top:M (M from 1) and above:P"),
         ("--track above:-1", "none of view, top:M"),
@@ -124,8 +124,8 @@ fn what_cannot_be_tracked_is_refused() {
 
 /// The sky right of the tree is one hole through the whole film, and so is the largest hole around the bunny.
 #[test]
-fn in_a_film_ids_stay() {
-    let told =
+fn ids_last_through_a_film() {
+    let tracks =
         tracked(include_bytes!("../data/bunny.jsonl"), "--input jsonl --window frames:1 --track above:8 --track-list");
     let is_at = |alive: &Value, id: u64, [left, right]: [f64; 2], [low, high]: [f64; 2]| {
         let track = alive.as_array().unwrap().iter().find(|track| track[0] == id);
@@ -134,10 +134,11 @@ fn in_a_film_ids_stay() {
             (left..right).contains(&x) && (low..high).contains(&y)
         })
     };
-    for (number, (_, alive)) in (1..).zip(&told).skip(2) {
+    for (number, (_, alive)) in (1..).zip(&tracks).skip(2) {
         assert!(is_at(alive, 2, [310.0, 360.0], [180.0, 220.0]), "the sky in frame {number}: {alive}");
         assert!(is_at(alive, 4, [90.0, 175.0], [80.0, 140.0]), "the bunny in frame {number}: {alive}");
     }
-    let begun = told.iter().flat_map(|(events, _)| events.as_array().unwrap()).filter(|event| event["event"] == "born");
+    let begun =
+        tracks.iter().flat_map(|(events, _)| events.as_array().unwrap()).filter(|event| event["event"] == "born");
     assert_eq!(begun.count(), 6);
 }

@@ -1,4 +1,4 @@
-//! `hopes tracks`: tables and pictures of hand-made lives, and input that is none.
+//! `hopes tracks`: tables and pictures of tracks written by hand, and invalid input.
 
 use roxmltree::{Document, Node};
 use rustix::process::Signal;
@@ -19,7 +19,7 @@ fn with(mut event: Value, key: &str, id: u64) -> Value {
     event
 }
 
-/// A line as serve writes it, as far as it matters.
+/// The relevant part of a line of `serve`.
 fn line(stream: &str, frame: u64, time: Option<f64>, events: &[Value]) -> String {
     let view = json!({"kind": "full"});
     let frame =
@@ -27,7 +27,7 @@ fn line(stream: &str, frame: u64, time: Option<f64>, events: &[Value]) -> String
     format!("{frame}\n")
 }
 
-/// Two tracks are born; one splits, leaves the view and comes back; its part and the other end.
+/// Two tracks are born. One splits, leaves the view and comes back; its part and the other one end.
 fn lives() -> String {
     [
         line("default", 1, None, &[event(1, "born", 0.5, 2.0, [0.0, 0.0]), event(2, "born", 0.25, 1.0, [9.0, -1.0])]),
@@ -104,7 +104,7 @@ fn programs_get_the_same_as_csv_and_as_json() {
 }
 
 #[test]
-fn the_list_of_the_living_counts_too() {
+fn the_list_of_living_tracks_counts_too() {
     let mut frame: Value = serde_json::from_str(&line("s", 5, None, &[])).unwrap();
     frame["alive"] = json!([[4, 0.5, 1.5, 3.0, 1.0, 4.0], [5, null, null, null, null, null]]);
     let expected = "\
@@ -123,10 +123,10 @@ fn no_frames_are_an_empty_table() {
     assert_eq!(hopes("tracks -").reads("{\"stream\":\"s\",\"lagged\":[1,2]}\n").text(), heads);
 }
 
-// ---- input that is none
+// ---- invalid input
 
 #[test]
-fn bad_lines_are_reported_and_the_rest_goes_on() {
+fn bad_lines_are_reported_and_skipped() {
     let good: Vec<String> = lives().lines().map(str::to_owned).collect();
     let bad = [
         "[1,2".to_owned(),
@@ -152,7 +152,7 @@ fn bad_lines_are_reported_and_the_rest_goes_on() {
 }
 
 #[test]
-fn complaints_are_counted() {
+fn input_errors_are_counted() {
     let text = format!("{}{}", lives(), "nonsense\n".repeat(300));
     let finished = hopes("tracks - --format json").reads(text);
     assert!(finished.err.contains("300 lines or points in all could not be used"), "{}", finished.err);
@@ -162,7 +162,7 @@ fn complaints_are_counted() {
 }
 
 #[test]
-fn strict_stops_at_the_first() {
+fn strict_stops_at_the_first_bad_line() {
     hopes("tracks - --strict")
         .reads(lives() + "nonsense\n")
         .fails(3, &["line 8: \"nonsense\" is no", "--strict stops here"]);
@@ -182,7 +182,7 @@ fn frames_without_tracks_say_how_to_get_them() {
 }
 
 #[test]
-fn what_is_not_there_or_no_frame_is_told() {
+fn missing_files_and_lines_without_frames_are_reported() {
     hopes("tracks /nowhere/at.all").runs().fails(1, &["cannot open /nowhere/at.all", "No such file"]);
     hopes("tracks -").reads("0,0\n1,1\n").fails(1, &["line 1: ", "line 2: ", "- has no frame"]);
     hopes("tracks - --most 5").runs().fails(2, &["--svg"]);
@@ -191,7 +191,7 @@ fn what_is_not_there_or_no_frame_is_told() {
 }
 
 #[test]
-fn damaged_lines_are_no_danger() {
+fn damaged_lines_do_not_cause_panics() {
     let bytes = lives().into_bytes();
     for at in (0..bytes.len()).step_by(19) {
         let mut damaged = bytes.clone();
@@ -208,14 +208,14 @@ fn damaged_lines_are_no_danger() {
 // ---- ends
 
 #[test]
-fn a_signal_shows_what_was_read_so_far() {
+fn a_signal_shows_the_input_read_so_far() {
     let mut running = hopes("tracks - -v").start();
     running.say(lives());
     running.until_read();
     running.signal(Signal::INT);
     running.until_log("SIGINT: stopped after 7 frames");
     assert_eq!((0..4).filter_map(|_| running.line()).count(), 4, "a line of heads and three tracks");
-    // Its stdin is open to the end.
+    // Its stdin stays open to the end.
     let finished = running.ends();
     assert_eq!(finished.code, Some(0), "{}", finished.err);
 }
@@ -233,7 +233,7 @@ fn a_closed_pipe_is_no_error() {
 
 // ---- pictures
 
-/// What is drawn of an input.
+/// The picture of an input.
 fn picture(text: &str, arguments: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("lives.svg");
@@ -254,13 +254,13 @@ fn hint<'a>(bar: Node<'a, 'a>) -> &'a str {
 }
 
 #[test]
-fn bars_show_when_tracks_lived_and_links_what_came_of_which() {
+fn bars_show_lifetimes_and_links_show_splits_and_mergers() {
     let text = picture(&lives(), "");
     assert_eq!(text, picture(&lives(), "--axis frame --most 3"), "the same input gives the same bytes");
     let document = Document::parse(&text).unwrap();
     let bars = class(&document, "bar");
     let hints: Vec<&str> = bars.iter().map(|&bar| hint(bar)).collect();
-    // The part stands beside the whole.
+    // The part is next to the track that it split from.
     assert_eq!(
         hints,
         [
@@ -325,7 +325,7 @@ fn bars_of_several_streams_are_told_apart() {
 }
 
 #[test]
-fn any_lives_make_a_good_document() {
+fn any_tracks_make_a_well_formed_document() {
     let many: Vec<Value> = (0..3000).map(|id| event(id, "born", 0.0, id as f64, [0.0, 0.0])).collect();
     let odd = [
         line(

@@ -1,4 +1,4 @@
-//! `hopes watch` and `hopes record`: frames as they come, gaps, signals, silence, lost connections.
+//! `hopes watch` and `hopes record`: frames, gaps, signals, timeouts, lost connections.
 
 use std::time::Duration;
 
@@ -7,8 +7,8 @@ use rustix::process::Signal;
 use serde_json::{Value, json};
 
 use crate::common::fake_daemon::{FakeDaemon, Peer, welcome};
+use crate::common::growing_stream::{GrowingStream, VIEW, recording};
 use crate::common::process::{Hopes, hopes};
-use crate::common::scene::{Scene, VIEW, recording};
 use crate::replay::{at_once, json_lines, messages, replay};
 
 fn watch(daemon: &FakeDaemon, arguments: &str) -> Hopes {
@@ -16,7 +16,7 @@ fn watch(daemon: &FakeDaemon, arguments: &str) -> Hopes {
 }
 
 #[test]
-fn a_subscription_says_what_is_wanted() {
+fn options_become_a_subscription() {
     for (arguments, pattern, view, dots) in [
         ("", "default", VIEW, DotsWanted::No),
         ("--stream c*m -k 2 -l 3 --dots 4", "c*m", View { cut: Cut::Derived(2, 3), ..VIEW }, DotsWanted::Top(4)),
@@ -31,31 +31,31 @@ fn a_subscription_says_what_is_wanted() {
         let daemon = FakeDaemon::new();
         let client = watch(&daemon, arguments).start();
         let mut peer = daemon.greet();
-        let (_, subscribe) = peer.subscribed();
+        let (_, subscribe) = peer.expect_subscribe();
         assert_eq!(subscribe, Subscribe { pattern: pattern.to_owned(), view, dots, resume: None });
-        peer.leave(&[]);
+        peer.goodbye(&[]);
         assert_eq!(client.finish().text(), "");
     }
 }
 
 #[test]
-fn frames_are_shown_as_they_come_until_the_daemon_leaves() {
+fn frames_are_shown_until_the_daemon_ends() {
     let daemon = FakeDaemon::new();
     let mut client = watch(&daemon, "--stream cam --output jsonl").start();
     let mut peer = daemon.greet();
-    let (channel, _) = peer.subscribed();
-    let mut scene = Scene::new(3);
+    let (channel, _) = peer.expect_subscribe();
+    let mut scene = GrowingStream::new(3);
     peer.send(channel, scene.opened("cam", 7));
     peer.send(channel, scene.snapshot(Cause::Start));
     let line = |line: Option<String>| serde_json::from_str::<Value>(&line.expect("a line is due")).unwrap();
     assert_eq!(line(client.line())["from"], 0);
-    peer.pings(77);
+    peer.ping_and_wait(77);
     peer.send(channel, Lagged { stream: 3, first: 2, last: 2 });
     peer.send(channel, scene.diff());
     assert_eq!(line(client.line()), json!({"stream": "cam", "lagged": [2, 2]}));
     assert_eq!(line(client.line())["frame"], 2);
     peer.send(channel, Heartbeat { stream: 3, frame: 2 });
-    peer.leave(&[("cam", 2)]);
+    peer.goodbye(&[("cam", 2)]);
     let finished = client.finish();
     assert_eq!(finished.code, Some(0), "{}", finished.err);
     assert!(finished.err.contains("says goodbye: going home"), "{}", finished.err);
@@ -63,19 +63,19 @@ fn frames_are_shown_as_they_come_until_the_daemon_leaves() {
 }
 
 #[test]
-fn a_frame_that_does_not_prove_is_not_shown_and_asked_for_again() {
+fn a_frame_with_a_wrong_checksum_is_not_shown_and_requested_again() {
     let daemon = FakeDaemon::new();
     let mut client = watch(&daemon, "--output jsonl").start();
     let mut peer = daemon.greet();
-    let (first, _) = peer.subscribed();
-    let mut scene = Scene::new(3);
+    let (first, _) = peer.expect_subscribe();
+    let mut scene = GrowingStream::new(3);
     peer.send(first, scene.opened("default", 7));
     peer.send(first, scene.snapshot(Cause::Start));
     peer.send(first, scene.wrong_diff());
     assert_eq!(peer.next(), Some((first, Unsubscribe {}.into())));
-    let (second, subscribe) = peer.subscribed();
+    let (second, subscribe) = peer.expect_subscribe();
     assert!(second != first && subscribe.resume.is_none());
-    // What is still under way on the old channel is not taken for anything.
+    // Messages in flight on the old channel are ignored.
     peer.send(first, scene.clone().diff());
     peer.send(first, Unsubscribed {});
     peer.send(second, scene.opened("default", 7));
@@ -84,7 +84,7 @@ fn a_frame_that_does_not_prove_is_not_shown_and_asked_for_again() {
     let shown: Vec<Value> =
         (0..3).map(|_| serde_json::from_str::<Value>(&client.line().unwrap()).unwrap()["frame"].take()).collect();
     assert_eq!(shown, [1, 2, 3]);
-    peer.leave(&[("default", 4)]);
+    peer.goodbye(&[("default", 4)]);
     let finished = client.finish();
     assert_eq!(finished.code, Some(0), "{}", finished.err);
     for words in ["frame 2 has checksum", "subscribing again", "the last frame here is 3, the daemon's is 4"] {
@@ -93,13 +93,13 @@ fn a_frame_that_does_not_prove_is_not_shown_and_asked_for_again() {
 }
 
 #[test]
-fn a_daemon_that_is_always_wrong_is_given_up() {
+fn repeated_wrong_checksums_are_an_error() {
     let daemon = FakeDaemon::new();
     let client = watch(&daemon, "").start();
     let mut peer = daemon.greet();
     for _ in 0..6 {
-        let (channel, _) = peer.subscribed();
-        let mut scene = Scene::new(1);
+        let (channel, _) = peer.expect_subscribe();
+        let mut scene = GrowingStream::new(1);
         peer.send(channel, scene.opened("default", 7));
         peer.send(channel, scene.diff());
         let _ = peer.next_within(Duration::from_millis(500));
@@ -109,12 +109,12 @@ fn a_daemon_that_is_always_wrong_is_given_up() {
 
 #[test]
 fn check_stops_at_a_gap_and_at_a_frame_that_is_wrong() {
-    let ends = |say: &dyn Fn(&mut Peer, u32, &mut Scene)| {
+    let ends = |say: &dyn Fn(&mut Peer, u32, &mut GrowingStream)| {
         let daemon = FakeDaemon::new();
         let client = watch(&daemon, "--check --full").start();
         let mut peer = daemon.greet();
-        let (channel, _) = peer.subscribed();
-        let mut scene = Scene::new(3);
+        let (channel, _) = peer.expect_subscribe();
+        let mut scene = GrowingStream::new(3);
         peer.send(channel, scene.opened("default", 7));
         peer.send(channel, scene.snapshot(Cause::Start));
         say(&mut peer, channel, &mut scene);
@@ -123,7 +123,7 @@ fn check_stops_at_a_gap_and_at_a_frame_that_is_wrong() {
     };
     let (code, err) = ends(&|peer, channel, scene| peer.send(channel, scene.wrong_diff()));
     assert!(code == Some(1) && err.contains("frame 2 has checksum"), "{err}");
-    // Proved, but not what those vertices give.
+    // The checksum is right, but the edges are not those of the vertices.
     let (code, err) = ends(&|peer, channel, scene| match scene.diff() {
         Message::Diff(diff) => {
             let mut checksum = Checksum(diff.checksum);
@@ -143,35 +143,35 @@ fn check_stops_at_a_gap_and_at_a_frame_that_is_wrong() {
 }
 
 #[test]
-fn enough_frames_are_enough_and_a_signal_too() {
+fn a_number_of_frames_or_a_signal_ends_a_watch() {
     let daemon = FakeDaemon::new();
     let client = watch(&daemon, "--frames 2 --dots 1 --output jsonl").start();
     let mut peer = daemon.greet();
-    let (channel, _) = peer.subscribed();
-    let mut scene = Scene::new(3);
+    let (channel, _) = peer.expect_subscribe();
+    let mut scene = GrowingStream::new(3);
     let messages = [scene.opened("default", 7), scene.snapshot(Cause::Start), scene.diff(), scene.dots()];
     messages.into_iter().for_each(|message| peer.send(channel, message));
-    assert!(peer.parts().contains("wanted frames"));
+    assert!(peer.expect_goodbye().contains("wanted frames"));
     let lines = json_lines(&client.finish().text());
     assert_eq!((lines.len(), &lines[2]["total"]), (3, &json!(7)), "the dots of the last frame too");
 
     let mut client = watch(&daemon, "").start();
     let mut peer = daemon.greet();
-    let (channel, _) = peer.subscribed();
-    peer.send(channel, Scene::new(1).opened("default", 7));
-    peer.send(channel, Scene::new(1).snapshot(Cause::Start));
+    let (channel, _) = peer.expect_subscribe();
+    peer.send(channel, GrowingStream::new(1).opened("default", 7));
+    peer.send(channel, GrowingStream::new(1).snapshot(Cause::Start));
     assert!(client.line().is_some());
     client.signal(Signal::TERM);
-    assert_eq!(peer.parts(), "SIGTERM");
+    assert_eq!(peer.expect_goodbye(), "SIGTERM");
     assert_eq!(client.finish().code, Some(0));
 }
 
 #[test]
-fn silence_is_broken_by_a_ping_and_ends_the_connection() {
+fn a_silent_daemon_is_pinged_and_then_disconnected() {
     let daemon = FakeDaemon::new();
     let client = watch(&daemon, "").start();
     let mut peer = daemon.greet_as(Welcome { timeout_ms: 900, ..welcome() });
-    peer.subscribed();
+    peer.expect_subscribe();
     for _ in 0..2 {
         let Some((0, Message::Ping(Ping { token }))) = peer.next() else { panic!("a ping is due") };
         peer.send(0, Pong { token });
@@ -187,20 +187,20 @@ fn a_connection_that_breaks_is_an_error() {
         let daemon = FakeDaemon::new();
         let client = watch(&daemon, "").start();
         let mut peer = daemon.greet();
-        let (channel, _) = peer.subscribed();
+        let (channel, _) = peer.expect_subscribe();
         say(&mut peer, channel);
         drop(peer);
         client.finish().fails(1, words);
     };
     ended(&|_, _| (), &["closed the connection without a goodbye"]);
-    let part = encode(VERSION, 1, &Scene::new(1).opened("default", 1)).unwrap();
+    let part = encode(VERSION, 1, &GrowingStream::new(1).opened("default", 1)).unwrap();
     ended(&|peer, _| peer.write(&part[..part.len() - 1]), &["closed the connection within a message"]);
     ended(&|peer, _| peer.write(&[0; 20]), &["sent what cannot be read"]);
     ended(&|peer, _| peer.write(&header(VERSION, 0x0206, 1, u32::MAX)), &["sent what cannot be read", "4294967295"]);
     let unknown = [&header(VERSION, 0x7777, 1, 0)[..], &[0; 4]].concat();
     ended(&|peer, _| peer.write(&unknown), &["sent what cannot be understood", "0x7777"]);
-    ended(&|peer, channel| peer.send(channel, Scene::new(1).opened("a\nb", 1)), &["which none may have"]);
-    ended(&|peer, channel| peer.send(channel, Scene::new(9).snapshot(Cause::Start)), &["no stream number 9"]);
+    ended(&|peer, channel| peer.send(channel, GrowingStream::new(1).opened("a\nb", 1)), &["which none may have"]);
+    ended(&|peer, channel| peer.send(channel, GrowingStream::new(9).snapshot(Cause::Start)), &["no stream number 9"]);
     let report = Report { code: 9, answers: 0x0201, text: "no such view".to_owned() };
     ended(&|peer, channel| peer.send(channel, report.clone()), &["no such view"]);
 }
@@ -211,9 +211,9 @@ fn a_closed_pipe_ends_a_watch() {
     let mut client = watch(&daemon, "").start();
     drop(client.take_stdout());
     let mut peer = daemon.greet();
-    let (channel, _) = peer.subscribed();
-    peer.send(channel, Scene::new(1).opened("default", 7));
-    peer.send(channel, Scene::new(1).snapshot(Cause::Start));
+    let (channel, _) = peer.expect_subscribe();
+    peer.send(channel, GrowingStream::new(1).opened("default", 7));
+    peer.send(channel, GrowingStream::new(1).snapshot(Cause::Start));
     assert_eq!(client.finish().code, Some(0));
 }
 
@@ -222,46 +222,46 @@ fn a_lost_connection_is_resumed() {
     let daemon = FakeDaemon::new();
     let mut client = watch(&daemon, "--reconnect --output jsonl").start();
     let mut peer = daemon.greet();
-    let (channel, _) = peer.subscribed();
-    let mut scene = Scene::new(3);
+    let (channel, _) = peer.expect_subscribe();
+    let mut scene = GrowingStream::new(3);
     peer.send(channel, scene.opened("default", 7));
     peer.send(channel, scene.snapshot(Cause::Start));
     assert!(client.line().is_some());
     drop(peer);
 
     let mut peer = daemon.greet();
-    let (channel, subscribe) = peer.subscribed();
+    let (channel, subscribe) = peer.expect_subscribe();
     assert_eq!(subscribe.resume, Some(Resume { epoch: 7, frame: 1 }));
     scene.stream = 8;
     peer.send(channel, scene.opened("default", 7));
     peer.send(channel, Resumed { stream: 8, frame: 1 });
     peer.send(channel, scene.diff());
     assert!(client.line().unwrap().contains("\"from\":1"));
-    peer.leave(&[("default", 2)]);
+    peer.goodbye(&[("default", 2)]);
 
     let mut peer = daemon.greet();
-    let (channel, subscribe) = peer.subscribed();
+    let (channel, subscribe) = peer.expect_subscribe();
     assert_eq!(subscribe.resume, Some(Resume { epoch: 7, frame: 2 }));
     peer.send(channel, scene.opened("default", 8));
     peer.send(channel, scene.snapshot(Cause::CannotResume));
     assert!(client.line().unwrap().contains("\"from\":0"));
     client.signal(Signal::INT);
-    assert_eq!(peer.parts(), "SIGINT");
+    assert_eq!(peer.expect_goodbye(), "SIGINT");
     assert_eq!(client.finish().code, Some(0));
 }
 
 // ---- record
 
 #[test]
-fn what_is_recorded_is_what_was_sent() {
+fn a_recording_has_the_bytes_that_were_sent() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a recording");
     let daemon = FakeDaemon::new();
     let client = hopes("record --stream cam --from").with(daemon.address()).and("-o").with(&file).start();
     let mut peer = daemon.greet();
-    let (channel, _) = peer.subscribed();
+    let (channel, _) = peer.expect_subscribe();
     messages().into_iter().for_each(|message| peer.send(channel, message));
-    peer.leave(&[]);
+    peer.goodbye(&[]);
     let finished = client.finish();
     assert!(finished.code == Some(0) && finished.err.contains("4 frames recorded"), "{}", finished.err);
     let bytes = std::fs::read(&file).unwrap();
@@ -289,16 +289,16 @@ fn a_gap_leaves_a_recording_that_can_be_played() {
     let daemon = FakeDaemon::new();
     let client = hopes("record --frames 3 -o - --from").with(daemon.address()).start();
     let mut peer = daemon.greet();
-    let (first, _) = peer.subscribed();
-    let mut scene = Scene::new(3);
+    let (first, _) = peer.expect_subscribe();
+    let mut scene = GrowingStream::new(3);
     peer.send(first, scene.opened("default", 7));
     peer.send(first, scene.snapshot(Cause::Start));
     peer.send(first, scene.wrong_diff());
     assert_eq!(peer.next(), Some((first, Unsubscribe {}.into())));
-    let (second, _) = peer.subscribed();
+    let (second, _) = peer.expect_subscribe();
     peer.send(second, scene.opened("default", 7));
     peer.send(second, scene.snapshot(Cause::Start));
     peer.send(second, scene.diff());
-    peer.parts();
+    peer.expect_goodbye();
     assert_eq!(replay("--fast", client.finish().out()).text().lines().count(), 3);
 }

@@ -1,13 +1,13 @@
-//! What there is to see, and in which form.
+//! The paths of the page, and the formats of their answers.
 
 use hopes_protocol::{Cut, Snapshot};
 use serde_json::{Value, json};
 
 use super::page::Page;
+use crate::common::peers::{FULL, assert_clean_exit, open};
 use crate::common::process::{eventually, hopes};
-use crate::common::roles::{FULL, is_fine, open};
 
-/// A square with a point in the middle of nothing.
+/// A square and an isolated point.
 const SQUARE: [(f64, f64); 5] = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.5), (0.0, 4.25), (20.0, 2.0)];
 
 fn with_square(name: &str) -> Page {
@@ -22,7 +22,7 @@ fn path(name: &str, query: &str) -> String {
 }
 
 #[test]
-fn the_page_and_its_files_are_there_and_closed_to_others() {
+fn the_page_and_its_files_are_served_with_strict_headers() {
     let page = Page::start("");
     let answer = page.get("/");
     assert_eq!(answer.field("content-type"), "text/html; charset=utf-8");
@@ -41,7 +41,7 @@ fn the_page_and_its_files_are_there_and_closed_to_others() {
     assert_eq!(answer.field("cross-origin-resource-policy"), "same-origin");
     assert!(!answer.fields.contains_key("access-control-allow-origin"));
     let html = String::from_utf8(answer.fine()).unwrap();
-    // Every file that the page names is there, and is of its kind.
+    // Every file that the page refers to exists and has the right type.
     let files: Vec<&str> =
         html.split(['"', '\'']).filter(|word| word.ends_with(".js") || word.ends_with(".css")).collect();
     assert!(!files.is_empty());
@@ -58,7 +58,7 @@ fn the_page_and_its_files_are_there_and_closed_to_others() {
 }
 
 #[test]
-fn a_file_is_sent_once_a_version() {
+fn an_unchanged_file_is_not_sent_again() {
     let page = Page::start("");
     let first = page.get("/");
     assert_eq!(first.field("cache-control"), "no-cache");
@@ -73,7 +73,7 @@ fn a_file_is_sent_once_a_version() {
 }
 
 #[test]
-fn a_head_is_an_answer_without_its_body() {
+fn head_answers_without_a_body() {
     let page = with_square("cam");
     for path in ["/", "/healthz", &path("cam", "?full"), "/nowhere"] {
         let head = page.ask(&format!("HEAD {path} HTTP/1.1\r\nHost: {}\r\n\r\n", page.host));
@@ -85,7 +85,7 @@ fn a_head_is_an_answer_without_its_body() {
 }
 
 #[test]
-fn health_and_numbers_are_those_of_the_daemon() {
+fn health_and_metrics_are_those_of_the_daemon() {
     let page = with_square("a \"b\\ c");
     let _consumer = page.daemon.consumer("a*", FULL);
     assert_eq!(page.get("/healthz").fine(), b"ok\n");
@@ -122,7 +122,7 @@ fn health_and_numbers_are_those_of_the_daemon() {
     assert!(number("hopes_stream_memory_bytes{stream=\"a \\\"b\\\\ c\"}") > 0.0);
     assert_eq!(number("hopes_streams"), 1.0);
     assert!(number("hopes_connections") >= 1.0 && number("hopes_uptime_seconds") > 0.0);
-    // Every family says what it is, once, before its numbers.
+    // Every metric family has one description before its values.
     for line in text.lines().filter(|line| !line.starts_with('#')) {
         let name = line.split(['{', ' ']).next().unwrap();
         for word in ["HELP", "TYPE"] {
@@ -134,7 +134,7 @@ fn health_and_numbers_are_those_of_the_daemon() {
 }
 
 #[test]
-fn a_snapshot_is_what_a_consumer_of_that_view_is_sent() {
+fn a_snapshot_equals_the_view_of_a_consumer() {
     let page = with_square("cam");
     for (query, cut) in [
         ("", Cut::Derived(1, 1)),
@@ -155,7 +155,7 @@ fn a_snapshot_is_what_a_consumer_of_that_view_is_sent() {
     page.daemon.stop();
 }
 
-/// A query to which something can be added.
+/// Makes a query to which more parameters can be appended.
 fn joined(query: &str) -> String {
     match query.replace("format=json", "") {
         query if query.is_empty() => "?".to_owned(),
@@ -177,8 +177,8 @@ fn geojson_shows(json: &Value, shown: &Snapshot) {
 }
 
 #[test]
-fn a_snapshot_is_a_picture_too() {
-    // Names are anybody's, and stand in the picture.
+fn a_snapshot_can_be_a_picture() {
+    // Stream names are arbitrary, and the picture contains them.
     let name = "<b>&%2F";
     let page = with_square("<b>&/");
     let answer = page.get(&path(name, "?format=svg&full"));
@@ -189,7 +189,7 @@ fn a_snapshot_is_a_picture_too() {
         let of_class = svg.descendants().filter(|node| node.attribute("class") == Some(class));
         of_class.map(|node| node.attribute("d").unwrap().matches('M').count()).sum()
     };
-    // The spanning tree of five points, and all cycles that the plane has of them.
+    // The spanning tree of five points, and all of their cycles.
     let shown = page.get(&path(name, "?full")).json();
     let cycles = shown["critical"]["set"].as_array().unwrap().len();
     assert!(cycles > 0);
@@ -206,7 +206,7 @@ fn pictures_are_bounded_by_their_pixels() {
     let svg = |page: &Page| page.get(&path("many", "?format=svg&full")).fine().len();
     producer.frame(&[(0.0, 0.0), (1e6, 1e6)]);
     let few = svg(&page);
-    // All within one pixel.
+    // All points within one pixel.
     let crowd: Vec<_> = (0..5000).map(|_| (random.unit(), random.unit())).collect();
     producer.frame(&crowd);
     assert!(svg(&page) < few + 3000, "{} after {few}", svg(&page));
@@ -214,7 +214,7 @@ fn pictures_are_bounded_by_their_pixels() {
 }
 
 #[test]
-fn questions_that_make_no_sense_say_why() {
+fn invalid_queries_give_an_error_with_a_reason() {
     let page = with_square("cam");
     for (query, words) in [
         ("?k=0", "k is a number from 1"),
@@ -229,13 +229,13 @@ fn questions_that_make_no_sense_say_why() {
     page.get(&path("%C3", "")).is_refused(400, "UTF-8");
     page.get(&path("dog", "")).is_refused(404, "no stream \"dog\"");
     let empty = hopes_protocol::Open { ..open("empty") };
-    let _producer = crate::common::roles::Producer::open(page.daemon.client(), empty);
+    let _producer = crate::common::peers::Producer::open(page.daemon.client(), empty);
     page.get(&path("empty", "")).is_refused(404, "no frame yet");
     page.daemon.stop();
 }
 
 #[test]
-fn many_snapshots_of_many_views_leave_nothing_behind_for_the_engine() {
+fn many_snapshots_of_many_views_cause_no_later_work() {
     let page = with_square("cam");
     let mut producer = page.daemon.producer("cam");
     for l in 1..=40 {
@@ -246,7 +246,7 @@ fn many_snapshots_of_many_views_leave_nothing_behind_for_the_engine() {
     producer.frame(&[(1.0, 1.0)]);
     let newest = page.get(&path("cam", "?full")).json();
     assert_eq!((&newest["frame"], &newest["points"]), (&json!(2), &json!(6)));
-    // One skeleton for the frame, whatever was glanced at before.
+    // The frame's skeleton is computed once, whatever snapshots were requested before.
     assert!(page.daemon.stream("cam").computed <= before.computed + 1);
     page.daemon.stop();
 }
@@ -257,9 +257,9 @@ fn stdin_is_shown_without_any_other_socket() {
     let host = super::page::listening_page(&mut running);
     running.say("0,0\n3,0\n0,4\n\n");
     let ask = |path: &str| {
-        let mut visitor = super::page::Visitor::at(&host);
-        visitor.say(format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes());
-        visitor.reply().unwrap()
+        let mut client = super::page::HttpClient::at(&host);
+        client.say(format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes());
+        client.reply().unwrap()
     };
     let shown = eventually("the frame is there", || {
         let answer = ask(&path("default", "?full"));
@@ -267,6 +267,6 @@ fn stdin_is_shown_without_any_other_socket() {
     });
     assert_eq!(shown["points"], 3);
     running.signal(rustix::process::Signal::TERM);
-    let finished = is_fine(running.finish());
+    let finished = assert_clean_exit(running.finish());
     assert!(finished.out.is_empty(), "nobody has asked for --output");
 }

@@ -1,4 +1,4 @@
-//! `hopes demo` as somebody meets it who has just come by: what to open, what is to be seen there, what the terminal tells, and how it ends.
+//! `hopes demo` as a new user sees it: the address to open, the page there, the terminal's output, and the end.
 
 use std::net::TcpListener;
 use std::process::Stdio;
@@ -6,11 +6,11 @@ use std::process::Stdio;
 use rustix::process::Signal;
 
 use crate::common::process::{Running, eventually, hopes};
-use crate::page::Visitor;
+use crate::page::HttpClient;
 
 const ANYWHERE: &str = "--view 127.0.0.1:0";
 
-/// A demo that has said what to open: host and port of that.
+/// A demo that has logged its address. Returns the address's host and port.
 fn started(arguments: &str) -> (Running, String) {
     let mut running = hopes("demo").and(arguments).start();
     let first = running.line().expect("there is a first line");
@@ -20,13 +20,13 @@ fn started(arguments: &str) -> (Running, String) {
 }
 
 fn get(host: &str, path: &str) -> crate::page::Reply {
-    let mut visitor = Visitor::at(host);
-    visitor.say(format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes());
-    visitor.reply().expect("there is an answer")
+    let mut client = HttpClient::at(host);
+    client.say(format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes());
+    client.reply().expect("there is an answer")
 }
 
 #[test]
-fn a_demo_ends_by_itself_after_so_many_frames() {
+fn a_demo_ends_after_a_number_of_frames() {
     let finished = hopes(&format!("demo --scene static --frames 45 --rate 300 {ANYWHERE}")).runs();
     let text = finished.text();
     let lines: Vec<&str> = text.lines().collect();
@@ -64,14 +64,14 @@ fn the_page_shows_the_demo_while_it_runs_and_a_signal_ends_all() {
 }
 
 #[test]
-fn the_film_begins_anew_at_its_end() {
+fn the_film_repeats() {
     let text = hopes(&format!("demo --video --frames 60 --rate 300 {ANYWHERE}")).runs().text();
     assert!(text.contains("Big Buck Bunny") && text.contains("CC BY 3.0"), "{text}");
     assert!(text.ends_with("demo  closed after frame 60: the stream has ended\nthe demo is over\n"), "{text}");
 }
 
 #[test]
-fn whoever_has_seen_enough_may_go_and_nothing_is_left_behind() {
+fn a_signal_ends_a_demo_and_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let mut command = hopes(&format!("demo --frames 30 --rate 300 {ANYWHERE}")).command();
     let mut child = command.env("TMPDIR", folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -82,8 +82,8 @@ fn whoever_has_seen_enough_may_go_and_nothing_is_left_behind() {
 }
 
 #[test]
-fn a_port_that_somebody_has_is_avoided_or_refused() {
-    // If somebody has it already, all the better.
+fn a_port_in_use_is_avoided_or_refused() {
+    // If another process has this port already, the test works too.
     let taken = TcpListener::bind("127.0.0.1:8080");
     let (running, host) = started("--frames 1");
     assert!(host != "127.0.0.1:8080", "two cannot be there");
@@ -95,7 +95,7 @@ fn a_port_that_somebody_has_is_avoided_or_refused() {
 }
 
 #[test]
-fn what_cannot_be_shown_is_refused() {
+fn invalid_demos_are_refused() {
     for (arguments, words) in [
         ("--scene nothing", "there is no scene \"nothing\""),
         ("--scene pinch --video", "cannot be used with"),

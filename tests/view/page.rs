@@ -1,6 +1,6 @@
-//! A daemon with a page, and a visitor who says every byte himself.
+//! A daemon with a page, and an HTTP client whose every byte is written by the test.
 //!
-//! In: requests. Out: answers, taken apart. Invariants: all waiting has a deadline; an answer has as many bytes as it
+//! In: requests. Out: parsed answers. Invariants: every wait has a deadline. An answer has as many bytes as its length
 //! says.
 
 use std::collections::BTreeMap;
@@ -9,10 +9,10 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use crate::common::client::Client;
-use crate::common::roles::{Consumer, Daemon, FULL, subscribe};
+use crate::common::peers::{Consumer, Daemon, FULL, subscribe};
 
-/// How long an answer may take, on a slow and busy machine.
-const PATIENCE: Duration = Duration::from_secs(100);
+/// The longest wait for an answer, on a slow and busy machine.
+const TIMEOUT: Duration = Duration::from_secs(100);
 
 /// A daemon on a socket, with a page.
 pub struct Page {
@@ -22,12 +22,12 @@ pub struct Page {
 }
 
 impl Page {
-    /// With options of `serve`.
+    /// Starts it with options of `serve`.
     pub fn start(options: &str) -> Self {
         Self::at("127.0.0.1:0", options)
     }
 
-    /// With its page at an address.
+    /// Starts it with its page at an address.
     pub fn at(address: &str, options: &str) -> Self {
         let mut daemon = Daemon::start(&format!("--view {address} {options}"));
         let line = daemon.running.until_log("the page is at http://");
@@ -39,50 +39,50 @@ impl Page {
         self.host.rsplit_once(':').unwrap().1
     }
 
-    /// Somebody who has connected and said nothing.
-    pub fn visitor(&self) -> Visitor {
-        Visitor::at(&format!("127.0.0.1:{}", self.port()))
+    /// A new connection that has sent nothing.
+    pub fn http_client(&self) -> HttpClient {
+        HttpClient::at(&format!("127.0.0.1:{}", self.port()))
     }
 
-    /// The answer to a polite request.
+    /// The answer to a valid GET request.
     pub fn get(&self, path: &str) -> Reply {
         self.ask(&format!("GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", self.host))
     }
 
     /// The answer to any bytes.
     pub fn ask(&self, request: &str) -> Reply {
-        let mut visitor = self.visitor();
-        visitor.say(request.as_bytes());
-        visitor.reply().expect("there is an answer")
+        let mut client = self.http_client();
+        client.say(request.as_bytes());
+        client.reply().expect("there is an answer")
     }
 
-    /// As that; none, if nobody answers.
+    /// The answer to a GET request. None if there is no answer.
     pub fn try_get(&self, path: &str) -> Option<Reply> {
-        let mut visitor = self.visitor();
+        let mut client = self.http_client();
         let request = format!("GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", self.host);
-        visitor.0.write_all(request.as_bytes()).ok()?;
-        visitor.reply()
+        client.0.write_all(request.as_bytes()).ok()?;
+        client.reply()
     }
 
-    /// A consumer who has come by the page.
-    pub fn guest_consumer(&self, stream: &str) -> Consumer {
-        Consumer::subscribe(self.guest(), subscribe(stream, FULL))
+    /// A consumer that is connected by WebSocket.
+    pub fn web_consumer(&self, stream: &str) -> Consumer {
+        Consumer::subscribe(self.web_client(), subscribe(stream, FULL))
     }
 
-    /// A peer of the daemon who has come by the page.
-    pub fn guest(&self) -> Client {
-        Client::greeted(&format!("ws:{}", self.host))
+    /// A client that is connected by WebSocket.
+    pub fn web_client(&self) -> Client {
+        Client::with_hello(&format!("ws:{}", self.host))
     }
 }
 
-/// A connection.
-pub struct Visitor(pub TcpStream);
+/// An HTTP connection.
+pub struct HttpClient(pub TcpStream);
 
-impl Visitor {
+impl HttpClient {
     pub fn at(host: &str) -> Self {
         let stream = TcpStream::connect(host).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        stream.set_write_timeout(Some(PATIENCE)).unwrap();
+        stream.set_read_timeout(Some(TIMEOUT)).unwrap();
+        stream.set_write_timeout(Some(TIMEOUT)).unwrap();
         Self(stream)
     }
 
@@ -90,7 +90,7 @@ impl Visitor {
         self.0.write_all(bytes).expect("the page listens");
     }
 
-    /// All that comes until the other end hangs up.
+    /// All bytes until the daemon closes the connection.
     pub fn rest(&mut self) -> Vec<u8> {
         let mut all = Vec::new();
         match self.0.read_to_end(&mut all) {
@@ -100,7 +100,7 @@ impl Visitor {
         }
     }
 
-    /// The answer; none if the other end hangs up without one.
+    /// The answer. None if the daemon closes the connection without one.
     pub fn reply(&mut self) -> Option<Reply> {
         Reply::parse(&self.rest())
     }
@@ -110,7 +110,7 @@ impl Visitor {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reply {
     pub status: u16,
-    /// Names in small letters.
+    /// Names in lower case.
     pub fields: BTreeMap<String, String>,
     pub body: Vec<u8>,
 }
@@ -141,7 +141,7 @@ impl Reply {
         str::from_utf8(&self.body).unwrap()
     }
 
-    /// The body of an answer that is as it should be.
+    /// Expects status 200. Returns the body.
     pub fn fine(self) -> Vec<u8> {
         assert_eq!(self.status, 200, "{}", self.text());
         assert_eq!(self.field("content-length"), self.body.len().to_string());
@@ -152,14 +152,14 @@ impl Reply {
         serde_json::from_slice(&self.fine()).unwrap()
     }
 
-    /// A refusal whose text has these words.
+    /// Expects this status and these words in the text.
     pub fn is_refused(&self, status: u16, words: &str) {
         assert_eq!(self.status, status, "{}", self.text());
         assert!(self.text().contains(words), "{words:?} is missing in {:?}", self.text());
     }
 }
 
-/// The next page that a daemon without a socket says it has.
+/// The next address of a page in the log of a daemon without a socket.
 pub fn listening_page(running: &mut crate::common::process::Running) -> String {
     let line = running.until_log("the page is at http://");
     line.trim_end().trim_end_matches('/').split_once("http://").unwrap().1.to_owned()

@@ -1,10 +1,10 @@
-//! Whoever was not meant: pages of other sites, names that lead here by a trick, other machines, wrong words.
+//! Requests that must be refused: pages of other sites, DNS rebinding, other machines, invalid requests.
 
 use rustix::process::Signal;
 
-use super::page::{Page, Reply, Visitor, listening_page};
+use super::page::{HttpClient, Page, Reply, listening_page};
+use crate::common::peers::assert_clean_exit;
 use crate::common::process::hopes;
-use crate::common::roles::is_fine;
 
 fn asks(page: &Page, path: &str, fields: &str) -> Reply {
     page.ask(&format!("GET {path} HTTP/1.1\r\n{fields}\r\n"))
@@ -14,7 +14,7 @@ const UPGRADE: &str = "Upgrade: websocket\r\nConnection: keep-alive, Upgrade\r\n
     Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
 
 #[test]
-fn the_page_answers_to_its_own_names_only() {
+fn only_own_host_names_are_served() {
     let page = Page::start("");
     let port = page.port();
     for host in ["localhost", "127.0.0.1", "[::1]", "LocalHost"] {
@@ -43,7 +43,7 @@ fn the_page_answers_to_its_own_names_only() {
 }
 
 #[test]
-fn pages_of_other_places_are_told_nothing() {
+fn pages_of_other_origins_are_refused() {
     let page = Page::start("");
     let (host, port) = (&page.host, page.port());
     for origin in [
@@ -65,13 +65,13 @@ fn pages_of_other_places_are_told_nothing() {
     let own = format!("Host: {host}\r\nOrigin: http://{host}\r\n");
     asks(&page, "/api/streams", &own).fine();
     asks(&page, "/api/streams", &format!("{own}Origin: http://{host}\r\n")).is_refused(403, "Origin");
-    // Without an Origin it is no page, or one that hides where it is from: no WebSocket for that.
+    // A request without an Origin is not from a page, or from one that hides its origin. It gets no WebSocket.
     asks(&page, "/ws", &format!("Host: {host}\r\n{UPGRADE}")).is_refused(403, "Origin is missing");
     page.daemon.stop();
 }
 
 #[test]
-fn what_asks_for_a_websocket_wrongly_is_told_how() {
+fn invalid_upgrades_give_an_error_with_a_remedy() {
     let page = Page::start("");
     let own = format!("Host: {0}\r\nOrigin: http://{0}\r\n", page.host);
     let plain = asks(&page, "/ws", &own);
@@ -93,7 +93,7 @@ fn what_asks_for_a_websocket_wrongly_is_told_how() {
 }
 
 #[test]
-fn nothing_can_be_changed() {
+fn other_methods_are_refused() {
     let page = Page::start("");
     for method in ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "CONNECT", "TRACE", "get"] {
         let body = "x".repeat(5000);
@@ -107,7 +107,7 @@ fn nothing_can_be_changed() {
 }
 
 #[test]
-fn what_is_no_request_is_refused() {
+fn invalid_requests_are_refused() {
     let page = Page::start("");
     for request in [
         "hello\r\n\r\n".to_owned(),
@@ -129,7 +129,7 @@ fn what_is_no_request_is_refused() {
 }
 
 #[test]
-fn other_machines_may_come_only_if_they_are_let() {
+fn other_machines_need_permission() {
     for place in ["0.0.0.0:0", "[::]:0"] {
         let serve = hopes("serve --view").with(place);
         serve.runs().fails(1, &["can be reached from other machines", "--allow-remote", place]);
@@ -138,20 +138,20 @@ fn other_machines_may_come_only_if_they_are_let() {
     let host = listening_page(&mut running);
     let port = host.rsplit_once(':').unwrap().1;
     let ask = |name: &str| {
-        let mut visitor = Visitor::at(&format!("127.0.0.1:{port}"));
-        visitor.say(format!("GET /healthz HTTP/1.1\r\nHost: {name}\r\nOrigin: https://{name}\r\n\r\n").as_bytes());
-        visitor.reply().unwrap().status
+        let mut client = HttpClient::at(&format!("127.0.0.1:{port}"));
+        client.say(format!("GET /healthz HTTP/1.1\r\nHost: {name}\r\nOrigin: https://{name}\r\n\r\n").as_bytes());
+        client.reply().unwrap().status
     };
     let found =
         ["lab.example", "LAB.example:PORT", "box:99", "127.0.0.1:PORT", "evil.example:PORT", "box", "0.0.0.0:PORT"]
             .map(|name| ask(&name.replace("PORT", port)));
     assert_eq!(found, [200, 200, 200, 200, 421, 421, 421]);
     running.signal(Signal::TERM);
-    is_fine(running.ends());
+    assert_clean_exit(running.ends());
 }
 
 #[test]
-fn options_that_make_no_sense_are_wrong_usage() {
+fn invalid_options_are_wrong_usage() {
     for (arguments, words) in [
         ("serve --view nowhere", "is no HOST:PORT"),
         ("serve --view http://127.0.0.1:8080", "is no HOST:PORT"),

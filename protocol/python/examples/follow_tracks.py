@@ -1,6 +1,6 @@
-"""Follows the tracks of a hopes stream: persistent cycles, each under an id that lasts.
+"""Follows the tracks of a hopes stream: persistent cycles with lasting ids.
 
-In: the address of a daemon that was started with `--track`, and a pattern. Out: a line for each thing that happens to a track.
+In: the address of a daemon that was started with `--track`, and a pattern. Out: a line for each event of a track.
 """
 
 from __future__ import annotations

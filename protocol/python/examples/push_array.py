@@ -1,8 +1,7 @@
 """Pushes a numpy array to a hopes daemon as a stream of frames.
 
-In: the daemon's address, the name of the stream, and perhaps a file with an array of shape (frames, points, 2), as
-`numpy.save` writes it; without one, a noisy circle that grows. Out: a line for each frame.
-Needs numpy.
+In: the daemon's address, the stream's name, and optionally a file with an array of shape (frames, points, 2), as
+`numpy.save` writes it. Without a file: a noisy circle that grows. Out: a line for each frame. Needs numpy.
 """
 
 import argparse

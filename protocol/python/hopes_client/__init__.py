@@ -1,12 +1,12 @@
-"""Client of the `hopes` daemon, which keeps the homologically persistent skeleton of live streams of points.
+"""Client of the `hopes` daemon, which computes the homologically persistent skeleton of live streams of points.
 
-In: the address of a daemon, or a recording. Out: `connect` and `read_recording`, and the types that go with them.
-Invariant: what is named in `__all__` is the public interface; `hopes_client.messages` and `hopes_client.wire` are for
-those who need the protocol itself.
+In: the address of a daemon, or a recording. Out: `connect` and `read_recording`, and their types. Invariant: the names
+in `__all__` are the public interface. `hopes_client.messages` and `hopes_client.wire` are for programs that need the
+protocol itself.
 """
 
 from .connection import Options
-from .consumer import Habits, Subscription
+from .consumer import FollowOptions, Subscription
 from .daemon import Daemon, connect
 from .errors import (
     BodyError,
@@ -49,9 +49,9 @@ __all__ = [
     "DaemonTooOld",
     "Dot",
     "Dots",
+    "FollowOptions",
     "Frame",
     "FrameHeader",
-    "Habits",
     "Happening",
     "HopesError",
     "InboxFull",

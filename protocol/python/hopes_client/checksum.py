@@ -1,8 +1,8 @@
-"""The checksum that proves what a consumer holds.
+"""The checksum that verifies a mirror.
 
-In: vertices, edges or critical edges as tuples. Out: the sum of their hashes.
-Invariants: sums are modulo 2**64; the sum of the three kinds is the `checksum` of the specification; the sum of nothing
-is 0, so sums may be added and subtracted as elements come and go.
+In: vertices, edges or critical edges as tuples. Out: the sum of their hashes. Invariants: sums are modulo 2**64. The
+sum over all three kinds is the `checksum` of the specification. The sum of no elements is 0, so sums are added and
+subtracted as elements are added and removed.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _BITS = struct.Struct("<QQ")
 
 
 def _mix(hash: int, words: tuple[int, ...]) -> int:
-    """The hash of `words` after those that gave `hash`."""
+    """Continues `hash` with `words`."""
     for word in words:
         z = ((hash ^ word) + 0x9E3779B97F4A7C15) & MASK
         z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 & MASK

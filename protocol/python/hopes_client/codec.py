@@ -1,10 +1,10 @@
-"""Bodies of messages: values to bytes and back, derived from the type hints of dataclasses.
+"""Bodies of messages: converts values to bytes and back, by the type hints of dataclasses.
 
 In: a type made of the hints below (`U64`, `F64`, `bool`, `str`, `Optional[…]`, `list[…]`, `tuple[…]`, dataclasses,
-`Choice`). Out: `codec_of(type)`, whose `write` appends a value to a buffer and whose `read` takes one from bytes.
-Invariants: what is read is the only encoding of its value; nothing is allocated for a list or string before it is known
-that as many bytes as its elements need at least are there; reading raises nothing but `BodyError`, `IndexError`,
-`struct.error` and `ValueError` (`decode_body` turns the last three into the first).
+`Choice`). Out: `codec_of(type)`: its `write` appends a value to a buffer, its `read` reads one from bytes. Invariants:
+the bytes that are read are the only encoding of their value. Nothing is allocated for a list or string unless as many
+bytes as its elements need at least are there. Reading raises only `BodyError`, `IndexError`, `struct.error` and
+`ValueError`; `decode_body` turns the last three into the first.
 """
 
 from __future__ import annotations
@@ -19,28 +19,28 @@ from typing import Annotated, Any, ClassVar, Union, get_args, get_origin, get_ty
 
 from .errors import BodyError
 
-# An unsigned integer is one byte below 251, else a mark and 2, 4 or 8 bytes; the class of an integer is 0, 1, 2 or 3.
+# An unsigned integer is one byte below 251, else a mark and 2, 4 or 8 bytes. Its class is 0, 1, 2 or 3.
 _LONG = 251
 _LETTERS = "BHIQ"
 _LONG_LETTERS = ("B", "xH", "xI", "xQ")
 _LOWEST = (0, _LONG, 1 << 16, 1 << 32)
-# The class by first byte. 254 and 255 begin no integer: 4 is no class.
+# The class by the first byte. 254 and 255 are not valid: their class is 4.
 _CLASS = bytes([0] * _LONG + [1, 2, 3, 4, 4])
 _LAYOUTS = [struct.Struct("<" + letter) for letter in _LETTERS]
 
 
 class Codec:
-    """How values of one type are written and read."""
+    """Writes and reads values of one type."""
 
     #: The fewest bytes that a value takes.
     smallest: int
 
     def write(self, value: Any, out: bytearray) -> None:
-        """Appends the value to `out`; `ValueError`, `TypeError` or `struct.error` if it is not of this type."""
+        """Appends the value to `out`. Raises `ValueError`, `TypeError` or `struct.error` if it is not of this type."""
         raise NotImplementedError
 
     def read(self, data: bytes, at: int) -> tuple[Any, int]:
-        """The value that begins at `at`, and where it ends."""
+        """The value at the offset `at`, and the offset of its end."""
         raise NotImplementedError
 
 
@@ -80,7 +80,7 @@ class Unsigned(Codec):
 
 
 class Float(Codec):
-    """`f64`, finite unless said otherwise."""
+    """`f64`. Only finite numbers, unless allowed otherwise."""
 
     smallest = 8
     _layout = struct.Struct("<d")
@@ -253,19 +253,19 @@ class ListOf(Codec):
 
 @dataclasses.dataclass(frozen=True)
 class Packed:
-    """A list of `f64`, or of tuples of them, that is in its encoded form already: `count` elements in `data`."""
+    """An encoded list of `f64`, or of tuples of them: `count` elements in `data`."""
 
     count: int
     data: memoryview
 
     def part(self, start: int, stop: int) -> Packed:
-        """The elements from `start` up to `stop`, without a copy."""
+        """The elements from `start` up to `stop`. Nothing is copied."""
         size = len(self.data) // self.count if self.count else 0
         return Packed(min(stop, self.count) - start, self.data[start * size : stop * size])
 
 
 class Floats(ListOf):
-    """`[f64]` and `[(f64, …)]`, all at once; written from a `Packed` too."""
+    """`[f64]` and `[(f64, …)]` in one step. Also writes a `Packed`."""
 
     def __init__(self, element: Float | Tuple) -> None:
         super().__init__(element)
@@ -342,8 +342,8 @@ class KeyedRows(ListOf):
 
 
 def _check_finite(numbers: Sequence[float]) -> None:
-    """Raises if one of the numbers is not finite."""
-    # The sum is finite only if all are: one addition for each is the fastest test that there is.
+    """Raises if a number is not finite."""
+    # If the sum is finite, all numbers are. One addition for each is the fastest test.
     if not math.isfinite(sum(numbers)) and not all(map(math.isfinite, numbers)):
         raise BodyError("a number is not finite")
 
@@ -370,7 +370,7 @@ class Choice:
 
 
 def _list_codec(element: Codec) -> Codec:
-    """The fastest codec for a list of such elements."""
+    """The fastest codec for a list of these elements."""
     parts = element.parts if isinstance(element, Tuple) else ()
     keys = [isinstance(part, Unsigned) and part.limit == 1 << 64 for part in parts]
     floats = [isinstance(part, Float) for part in parts]
@@ -399,7 +399,7 @@ def _derive(hint: Any) -> Codec:
         return String()
     if origin is Union:
         inner = codec_of(arguments[0])
-        # The only other union is that of a list and its `Packed` form, which the codec of the list knows.
+        # The only other union is a list with its `Packed` form. The codec of the list handles both.
         return Option(inner) if type(None) in arguments else inner
     if origin is list:
         return _list_codec(codec_of(arguments[0]))
@@ -414,7 +414,7 @@ def _derive(hint: Any) -> Codec:
 
 
 def encode_body(value: Any) -> bytearray:
-    """The body of a message, a dataclass. `ValueError` if a field does not hold what its hint says."""
+    """Encodes the body of a message, a dataclass. `ValueError` if a field does not match its hint."""
     out = bytearray()
     try:
         codec_of(type(value)).write(value, out)
@@ -424,7 +424,7 @@ def encode_body(value: Any) -> bytearray:
 
 
 def decode_body(kind: type, body: bytes) -> Any:
-    """The message of this kind that `body` holds, all of it. Raises nothing but `BodyError`."""
+    """Decodes a message of this type. All of `body` must be used. Raises only `BodyError`."""
     try:
         value, end = codec_of(kind).read(body, 0)
     except BodyError as error:

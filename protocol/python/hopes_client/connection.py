@@ -1,13 +1,12 @@
 """A connection to a daemon: banner, handshake, channels, pings, goodbye.
 
-In: a connected socket; messages to send, each on a channel. Out: the messages that came, by channel.
-Invariants:
-* one thread at a time uses a connection; only the keepalive thread runs beside it, and does nothing but send `Ping`;
-* bytes are read while sending has to wait, so that two sides that both want to write never wait for each other;
-* a message that was taken by `send` goes out whole and in order; bodies wait undecoded, and not more than
-  `inbox_limit` bytes of them (and what a single read brings);
-* all frames, both ways, are in the version agreed on (but for an `Error` that ends the handshake);
-* once the connection has ended, what had come before is still given out, and then the reason is raised, every time.
+In: a connected socket; messages to send, each on a channel. Out: received messages, by channel. Invariants:
+* One thread at a time uses a connection. Only the keepalive thread runs beside it, and it sends only `Ping`.
+* While sending has to wait, bytes are read. So two sides that both want to write do not block each other.
+* A message that `send` has accepted is sent as a whole and in order.
+* Received bodies wait undecoded. They take at most `inbox_limit` bytes (and the bytes of a single read).
+* All frames, both ways, are in the version agreed on, except an `Error` that ends the handshake.
+* Once the connection has ended, messages received before are still returned. Then every use raises the reason.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ from .errors import (
 )
 from .keepalive import Keepalive
 from .messages import Error, Goodbye, Hello, Message, Ping, Pong, Unsubscribe, Welcome, decode, encode
-from .patience import Deadline, Patience
+from .timing import Deadline, SilenceTimer
 from .version import VERSION
 from .wire import BANNER_SIZE, LARGEST_FRAME, LOWEST_VERSION, Banner, FrameBuffer, RawFrame, pack_frame
 
@@ -47,13 +46,13 @@ _MOST_ANSWERS = 64
 
 @dataclass(frozen=True)
 class Options:
-    """How a connection behaves; all times are in seconds.
+    """Options of a connection. All times are in seconds.
 
-    `timeout` is how long a call waits for its answer unless it is told otherwise (none: as long as the daemon lives),
-    `connect_timeout` how long connecting and the handshake may take. `largest_frame` caps the bodies that are read,
-    `inbox_limit` the bytes that wait for subscriptions that nobody reads. `daemon_timeout` is used in place of the
-    `timeout_ms` of the daemon to find out that it is silent. With `keepalive` a thread pings the daemon when nobody
-    uses the connection, so that the daemon does not cut it off.
+    `timeout` is how long a call waits for its answer by default (none: as long as the daemon is alive).
+    `connect_timeout` limits connecting and the handshake. `largest_frame` limits the bodies that are read,
+    `inbox_limit` the bytes that wait for subscriptions that nobody reads. `daemon_timeout` replaces the `timeout_ms` of
+    the daemon to detect that it is silent. With `keepalive` a thread pings the daemon while the connection is idle, so
+    that the daemon does not disconnect it.
     """
 
     timeout: float | None = None
@@ -91,10 +90,10 @@ def as_exception(error: Error) -> DaemonError:
 
 
 class Connection:
-    """One connection, from the banner to the goodbye."""
+    """One connection, from banner to goodbye."""
 
     def __init__(self, connected: socket.socket, options: Options) -> None:
-        """Shakes hands over a connected socket, which is closed if that fails."""
+        """Does the handshake on a connected socket. The socket is closed if that fails."""
         self.options = options
         self._socket = connected
         self._socket.setblocking(False)
@@ -106,12 +105,12 @@ class Connection:
         self._inbox: dict[int, deque[RawFrame]] = {}
         self._waiting_bytes = 0
         self._last_channel = 0
-        # Channels whose subscriptions were forgotten, noted by finalizers, which may run at any time.
+        # Channels of dropped subscriptions. Finalizers add to it, and may run at any time.
         self._abandoned: deque[int] = deque()
         self._outbox: deque[memoryview] = deque()
         self._lock = threading.Lock()
         self._last_sent = time.monotonic()
-        self._patience = Patience(None)
+        self._silence = SilenceTimer(None)
         self._keepalive: Keepalive | None = None
         self._end: HopesError | None = None
         try:
@@ -123,17 +122,17 @@ class Connection:
 
     @property
     def is_alive(self) -> bool:
-        """Whether the connection has not ended, as far as is known."""
+        """Whether the connection has not ended yet, as far as is known."""
         return self._end is None
 
     @property
     def version(self) -> int:
-        """The protocol version that was agreed on."""
+        """The protocol version that both sides agreed on."""
         assert self._version is not None
         return self._version
 
     def check_speaks(self, kind: type[Message]) -> None:
-        """`DaemonTooOld` if the version that was agreed on has no such messages."""
+        """Raises `DaemonTooOld` if the agreed version does not have such messages."""
         if kind.SINCE > self.version:
             raise DaemonTooOld(
                 f"{kind.__name__} needs version {kind.SINCE} of the protocol, "
@@ -141,26 +140,26 @@ class Connection:
             )
 
     def allowed(self, timeout: float | None) -> float | None:
-        """How long a call may take that was told to take this long, or was not told."""
+        """The time limit of a call: its own, or the default."""
         return self.options.timeout if timeout is None else timeout
 
     def open_channel(self) -> int:
-        """The number of a channel that was never used before."""
+        """A channel number that was never used before."""
         self._last_channel += 1
         self._inbox[self._last_channel] = deque()
         return self._last_channel
 
     def close_channel(self, channel: int) -> None:
-        """Forgets a channel: what still comes on it is dropped."""
+        """Closes a channel on this side. Messages that still arrive on it are dropped."""
         for frame in self._inbox.pop(channel, ()):
             self._waiting_bytes -= len(frame.body)
 
     def abandon(self, channel: int) -> None:
-        """Unsubscribes and forgets a channel, later; may be called at any time and in any thread."""
+        """Unsubscribes and closes a channel later. May be called at any time and in any thread."""
         self._abandoned.append(channel)
 
     def send(self, channel: int, message: Message, timeout: float | None = None) -> None:
-        """Sends a message; waits while the daemon takes no more.
+        """Sends a message. Waits while the daemon does not read.
 
         `TimedOut` means that the message was not sent and will not be.
         """
@@ -173,7 +172,7 @@ class Connection:
         self._wait(self._all_sent, deadline)
         self._put(channel, message, body)
         with contextlib.suppress(TimedOut):
-            # The message has its place in the line: the calls that follow send what is left of it.
+            # The message is queued. Later calls send the rest of it.
             self._wait(self._all_sent, deadline)
 
     def receive(self, channel: int, timeout: float | None = None) -> Any:
@@ -186,7 +185,7 @@ class Connection:
         return decode(frame.type, frame.body, frame.version)
 
     def ask(self, channel: int, question: Message, expected: type[Expected], timeout: float | None = None) -> Expected:
-        """Sends a message and gives its answer; `DaemonError` if that is an error."""
+        """Sends a message and returns its answer. Raises `DaemonError` if that is an error."""
         deadline = Deadline(timeout)
         self.send(channel, question, deadline.left())
         answer = self.receive(channel, deadline.left())
@@ -197,14 +196,14 @@ class Connection:
         return answer
 
     def receive_waiting(self, channel: int) -> Any:
-        """The next message on a channel if it has come already, else none."""
+        """The next message on a channel if it has arrived, else none."""
         try:
             return self.receive(channel, timeout=0)
         except TimedOut:
             return None
 
     def close(self, reason: str = "the client is done", linger: float = 2.0) -> None:
-        """Says goodbye and closes; gives the daemon `linger` seconds to read what was sent. Does nothing if closed."""
+        """Sends `Goodbye` and closes. The daemon has `linger` seconds to read what was sent. Does nothing if closed."""
         if self._end is not None:
             return
         deadline = Deadline(linger)
@@ -214,18 +213,18 @@ class Connection:
             self._wait(self._all_sent, deadline)
             self._await_end(deadline)
         except (HopesError, OSError) as error:
-            # There is nobody, or nobody in time, to say goodbye to: a reason to close all the same.
+            # The goodbye cannot be sent, or not in time. The connection is closed all the same.
             self._finish(ConnectionLost(f"this connection was closed: {error}"))
         finally:
             self._finish(ConnectionLost("this connection was closed"))
 
     def keep_alive(self) -> None:
-        """Sends a `Ping` if nothing was sent for a while. For the keepalive thread."""
+        """Sends a `Ping` if nothing was sent for some time. The keepalive thread calls it."""
         if self._outbox or time.monotonic() - self._last_sent < self.welcome.timeout_ms / 4000:
             return
         self._line_up(0, Ping(0))
         with contextlib.suppress(OSError):
-            # Whoever uses the connection next finds out if it broke.
+            # The next use of the connection raises the error.
             self._send_waiting()
 
     # The handshake.
@@ -235,7 +234,7 @@ class Connection:
         with self._lock:
             self._outbox.append(memoryview(ours.encode()))
         self._version = ours.agree(self._await_banner(deadline))
-        # A daemon that wants no more connections says so at once, and closes.
+        # A daemon at its limit of connections sends an error at once, and closes.
         self._take_frames()
         self._put(0, Hello(self.options.software, []))
         self._wait(lambda: self._welcome is not None, deadline)
@@ -252,17 +251,17 @@ class Connection:
         timeout = self.welcome.timeout_ms / 1000
         if timeout > 0 and self.options.keepalive and self._end is None:
             self._keepalive = Keepalive(self, timeout / 8)
-        self._patience = Patience(self.options.daemon_timeout or timeout or None)
+        self._silence = SilenceTimer(self.options.daemon_timeout or timeout or None)
 
-    # The loop in which everything waits.
+    # The event loop.
 
     def _all_sent(self) -> bool:
         return self._end is None and not self._outbox
 
     def _wait(self, ready: Callable[[], bool], deadline: Deadline) -> None:
-        """Reads and writes until `ready`; raises if the deadline passes or the connection ends before.
+        """Reads and writes until `ready`. Raises if the deadline passes or the connection ends before.
 
-        Looks once at what has come even if the deadline has passed already.
+        Checks the received messages once, even if the deadline has passed.
         """
         self._flush()
         looked = False
@@ -281,39 +280,39 @@ class Connection:
                 InboxFull("too much has come for subscriptions that nobody reads: give them their own connection")
             )
             return
-        limits = [limit for limit in (longest, self._patience.next_check()) if limit is not None]
+        limits = [limit for limit in (longest, self._silence.next_check()) if limit is not None]
         writing = selectors.EVENT_WRITE if self._outbox else 0
         self._selector.modify(self._socket, selectors.EVENT_READ | writing)
         started = time.monotonic()
         events = self._selector.select(min(limits, default=None))
-        self._patience.waited(time.monotonic() - started, within_frame=len(self._buffer) > 0)
+        self._silence.waited(time.monotonic() - started, within_frame=len(self._buffer) > 0)
         if any(mask & selectors.EVENT_READ for _, mask in events):
             self._read()
         self._flush()
         self._mind_silence()
 
     def _mind_silence(self) -> None:
-        """Asks a daemon that is silent whether it is there, and gives it up if it is silent for too long."""
-        if self._end is None and self._patience.is_over():
-            self._finish(PeerSilent(f"the daemon was silent for {self._patience.limit} seconds"))
-        elif self._end is None and self._patience.should_ask():
+        """Pings a silent daemon, and ends the connection if it is silent for too long."""
+        if self._end is None and self._silence.is_over():
+            self._finish(PeerSilent(f"the daemon was silent for {self._silence.limit} seconds"))
+        elif self._end is None and self._silence.should_ping():
             self._put(0, Ping(0))
 
     # Writing.
 
     def _line_up(self, channel: int, message: Message, body: bytearray | None = None) -> None:
-        """Gives a message its place in the line."""
+        """Queues a message."""
         frame = pack_frame(message.TYPE, channel, encode(message) if body is None else body, self.version)
         with self._lock:
             self._outbox.append(memoryview(frame))
 
     def _put(self, channel: int, message: Message, body: bytearray | None = None) -> None:
-        """Gives a message its place in the line, and sends what can be sent at once."""
+        """Queues a message, and sends what can be sent without waiting."""
         self._line_up(channel, message, body)
         self._flush()
 
     def _send_waiting(self) -> None:
-        """Sends what the socket takes without waiting."""
+        """Sends what the socket accepts without waiting."""
         with self._lock:
             while self._outbox:
                 head = self._outbox[0]
@@ -333,7 +332,7 @@ class Connection:
         try:
             self._send_waiting()
         except OSError as error:
-            # The daemon has closed; its last words may still be here to be read.
+            # The daemon has closed. Its last messages may still be readable.
             while self._end is None and self._waiting_bytes <= self.options.inbox_limit and self._read():
                 pass
             self._finish(ConnectionLost(f"the daemon closed the connection: {error}"))
@@ -348,7 +347,7 @@ class Connection:
     # Reading.
 
     def _read(self) -> bool:
-        """Takes what the socket has; false if it has nothing."""
+        """Reads from the socket. Returns false if there is nothing."""
         try:
             data = self._socket.recv(_READ_SIZE)
         except BlockingIOError:
@@ -360,19 +359,19 @@ class Connection:
             where = "in the midst of a frame" if len(self._buffer) else "without a goodbye"
             self._finish(ConnectionLost(f"the daemon closed the connection {where}"))
             return False
-        self._patience.heard()
+        self._silence.heard()
         self._buffer.feed(data)
         self._take_frames()
         return True
 
     def _take_frames(self) -> None:
-        """Takes all whole frames from what was read, once the version is known."""
+        """Decodes all whole frames that were received, once the version is known."""
         while self._version is not None and self._end is None:
             try:
                 frame = self._next_frame()
                 if frame is None:
                     return
-                self._patience.finished_frame()
+                self._silence.finished_frame()
                 self._sort(frame)
             except ProtocolError as error:
                 self._finish(error)
@@ -383,14 +382,14 @@ class Connection:
         except UnsupportedVersion:
             if self._welcome is not None:
                 raise
-            # A daemon that refuses us before it has read our banner does so in the lowest version.
+            # A daemon that refuses us before it has read our banner uses the lowest version.
             frame = self._buffer.next_frame(LOWEST_VERSION)
             if frame is not None and frame.type != Error.TYPE:
                 raise
             return frame
 
     def _sort(self, frame: RawFrame) -> None:
-        """Puts a frame where it belongs; those of channels that are closed belong nowhere."""
+        """Queues a frame for its channel. Frames of closed channels are dropped."""
         if frame.channel == 0:
             self._handle(decode(frame.type, frame.body, frame.version))
         elif frame.channel in self._inbox:
@@ -398,11 +397,11 @@ class Connection:
             self._waiting_bytes += len(frame.body)
 
     def _handle(self, message: Message) -> None:
-        """Deals with a message about the connection itself."""
+        """Handles a message about the connection itself."""
         if isinstance(message, Welcome) and self._welcome is None:
             self._welcome = message
         elif isinstance(message, Ping):
-            # A daemon that asks and asks but does not read must not fill the memory with answers.
+            # A daemon that sends pings and does not read must not fill the memory with answers.
             if len(self._outbox) < _MOST_ANSWERS:
                 self._put(0, Pong(message.token))
         elif isinstance(message, Goodbye):
@@ -415,7 +414,7 @@ class Connection:
     # The end.
 
     def _await_end(self, deadline: Deadline) -> None:
-        """Reads, and drops, until the daemon closes: to close with bytes unread could destroy what was sent last."""
+        """Reads and drops until the daemon closes. To close with unread bytes could destroy what was sent last."""
         self._socket.shutdown(socket.SHUT_WR)
         self._selector.modify(self._socket, selectors.EVENT_READ)
         while not deadline.passed():
@@ -423,7 +422,7 @@ class Connection:
                 return
 
     def _finish(self, reason: HopesError) -> None:
-        """Closes for good; the first reason stays."""
+        """Ends the connection. The first reason is kept."""
         if self._end is not None:
             return
         self._end = reason

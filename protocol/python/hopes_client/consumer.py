@@ -1,8 +1,9 @@
-"""Following streams.
+"""Subscriptions.
 
-In: a pattern, a view, and how much of the persistence diagram and of tracks is wanted. Out: an iterator of frames.
-Invariants: every frame that is given out was proved by its checksum; a subscription that may reconnect goes on from
-what it holds if the daemon can, and never gives out anything that does not follow; pauses between attempts are bounded.
+In: a pattern, a view, and what is requested of the persistence diagram and of tracks. Out: an iterator of frames.
+Invariants: every returned frame was verified by its checksum. A subscription that may reconnect resumes from its
+mirrors if the daemon can. It never returns a frame that does not follow the previous one. Pauses between attempts are
+bounded.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ from .messages import (
     WantTracks,
 )
 from .mirror import Mirror
-from .patience import Deadline
 from .shared import DotsWanted, View
+from .timing import Deadline
 from .tracker import Tracker, more_of
 from .tracks import TracksWanted
 
@@ -42,13 +43,17 @@ _NO_TRACKS = TracksWanted.of(None)
 
 
 @dataclass(frozen=True)
-class Habits:
-    """How a subscription behaves.
+class FollowOptions:
+    """Options of a subscription.
 
-    `timeout` is how long it waits for a frame (none: as long as the daemon lives). With `reconnect` it connects and
-    subscribes again when the connection is lost or what came does not fit. The daemon does not tell that the dots stay
-    as they are, or that nothing happens to tracks, so a frame is held back for `dots_wait` seconds until its dots and
-    tracks, or another message, come; later ones make a frame of their own, of kind "dots" or "tracks". With `stop_when_closed` the iteration ends when a stream is closed.
+    `timeout` is how long it waits for a frame (none: as long as the daemon is alive). With `reconnect` it connects and
+    subscribes again when the connection is lost or a message does not fit.
+
+    The daemon sends no message if the dots do not change or if there are no events of tracks. So a frame is held back
+    for `dots_wait` seconds until its dots and tracks, or another message, arrive. Later ones make a frame of their own,
+    of kind "dots" or "tracks".
+
+    With `stop_when_closed` the iteration ends when a stream is closed.
     """
 
     timeout: float | None = None
@@ -66,7 +71,7 @@ class Subscription:
         pattern: str,
         view: View,
         dots: DotsWanted,
-        habits: Habits,
+        options: FollowOptions,
         resume: Mirror | None = None,
         tracks: TracksWanted = _NO_TRACKS,
     ) -> None:
@@ -74,7 +79,7 @@ class Subscription:
         self.view = view
         self.dots = dots
         self.tracks = tracks
-        self.habits = habits
+        self.options = options
         #: The stream that was closed last.
         self.closed_stream: StreamClosed | None = None
         self._link = link
@@ -83,12 +88,12 @@ class Subscription:
         self._subscribe({resume.name: resume} if resume else _NOTHING_KEPT)
 
     def mirrors(self) -> dict[str, Mirror]:
-        """What is held of each stream, by name; for `resume` of another subscription when this one is over."""
+        """The mirror of each stream, by name. For `resume` of another subscription after this one has ended."""
         return self._tracker.mirrors()
 
     def next_frame(self, timeout: float | None = None) -> Frame | None:
-        """The next frame; none if the subscription is over. `TimedOut` does no harm: it may be called again."""
-        deadline = Deadline(self.habits.timeout if timeout is None else timeout)
+        """The next frame. None if the subscription has ended. After `TimedOut` it may be called again."""
+        deadline = Deadline(self.options.timeout if timeout is None else timeout)
         while not self._ended:
             try:
                 frame = self._next_here(deadline)
@@ -111,9 +116,10 @@ class Subscription:
         simplify: bool | float = False,
         dots: DotsWanted | None = None,
     ) -> None:
-        """Asks for another view, and for other dots if they are given.
+        """Changes the view, and the dots if they are given.
 
-        Frames of the view before may still come; the first of the new one is a snapshot with the cause "ViewChanged".
+        Frames of the previous view may still arrive. The first one of the new view is a snapshot with the cause
+        "ViewChanged".
         """
         view = View.of(full, alpha, k, l, simplify)
         wanted = self.dots if dots is None else dots
@@ -121,9 +127,9 @@ class Subscription:
         self.view, self.dots = view, wanted
 
     def want_tracks(self, tracks: str | None) -> None:
-        """Asks for "events", "alive", "cycles" or nothing of the tracks from here on.
+        """Requests "events", "alive", "cycles" or nothing of the tracks from now on.
 
-        Frames show no tracks until all of them are told of anew.
+        Frames have no tracks until the daemon has listed all of them again.
         """
         wanted = TracksWanted.of(tracks)
         self._connection.send(self._channel, WantTracks(wanted), self._connection.options.timeout)
@@ -131,7 +137,7 @@ class Subscription:
         self._tracker.forget_tracks(wanted != _NO_TRACKS)
 
     def close(self, timeout: float | None = None) -> None:
-        """Unsubscribes, and waits until the daemon has done so. Does nothing if that was done before."""
+        """Unsubscribes, and waits for the answer. Does nothing if that was done before."""
         if self._ended:
             return
         self._ended = True
@@ -139,7 +145,7 @@ class Subscription:
         try:
             self._unsubscribe(Deadline(self._connection.allowed(timeout)))
         except HopesError:
-            # If the connection is lost the subscription is over too.
+            # If the connection is lost, the subscription has ended too.
             if self._connection.is_alive:
                 raise
         finally:
@@ -173,13 +179,13 @@ class Subscription:
             message = self._connection.receive(self._channel, deadline.left())
 
     def _subscribe(self, kept: dict[str, Mirror]) -> None:
-        """Subscribes on the link's connection, and resumes if that is possible with what was kept."""
+        """Subscribes on the link's connection, and resumes from the kept mirrors if possible."""
         connection = self._link.renew()
         if self.tracks != _NO_TRACKS:
             connection.check_speaks(WantTracks)
         self._connection = connection
         self._channel = self._connection.open_channel()
-        # A subscription that is dropped in the midst of an iteration must not fill the inbox for ever.
+        # A subscription that is dropped during an iteration must not fill the inbox for ever.
         self._finalizer = weakref.finalize(self, self._connection.abandon, self._channel)
         self._finalizer.atexit = False
         self._tracker = Tracker(kept.values())
@@ -194,13 +200,13 @@ class Subscription:
             self._connection.send(self._channel, WantTracks(self.tracks), self._connection.options.timeout)
 
     def _may_start_again(self, error: HopesError) -> bool:
-        """Whether to subscribe again is wanted, and may help."""
-        if not self.habits.reconnect or self._link.is_closed or isinstance(error, TimedOut):
+        """Whether subscribing again is allowed and may help."""
+        if not self.options.reconnect or self._link.is_closed or isinstance(error, TimedOut):
             return False
         return isinstance(error, (ProtocolError, ResyncNeeded)) or not self._connection.is_alive
 
     def _start_again(self, error: HopesError, deadline: Deadline) -> None:
-        """Subscribes again, with pauses that grow, until that works or the deadline has passed."""
+        """Subscribes again, with growing pauses, until that works or the deadline has passed."""
         kept = _NOTHING_KEPT if isinstance(error, ResyncNeeded) else self._tracker.mirrors()
         reason: Exception = error
         while True:
@@ -210,7 +216,7 @@ class Subscription:
                 self._subscribe(kept)
                 return
             except VersionMismatch:
-                # To try again would not help.
+                # Trying again would not help.
                 self._ended = True
                 raise
             except (HopesError, OSError) as again:
@@ -224,7 +230,7 @@ class Subscription:
         self._pause = min(2 * self._pause, _LONGEST_PAUSE)
 
     def _next_here(self, deadline: Deadline) -> Frame | None:
-        """The next frame that comes on this channel; none if the subscription is over."""
+        """The next frame on this channel. None if the subscription has ended."""
         while True:
             message = self._next_message(deadline)
             if isinstance(message, Error):
@@ -233,7 +239,7 @@ class Subscription:
                     self._finalizer.detach()
                     self._connection.close_channel(self._channel)
                 elif message.answers == WantTracks.TYPE:
-                    # What does not come is not waited for.
+                    # Tracks that the daemon does not send are not waited for.
                     self.tracks = _NO_TRACKS
                 raise as_exception(message)
             frame = self._tracker.take(message)
@@ -242,7 +248,7 @@ class Subscription:
                 return frame
             if isinstance(message, StreamClosed):
                 self.closed_stream = message
-                if self.habits.stop_when_closed:
+                if self.options.stop_when_closed:
                     self.close()
                     return None
 
@@ -251,13 +257,13 @@ class Subscription:
         return message or self._connection.receive(self._channel, deadline.left())
 
     def _complete(self, frame: Frame, message: Message, deadline: Deadline) -> None:
-        """Adds dots and tracks of a frame if they come right after it."""
+        """Adds dots and tracks of a frame if they follow directly."""
         due = {"dots"} if self.dots.case != "No" else set()
         due |= {"tracks"} if self.tracks != _NO_TRACKS else set()
         left = deadline.left()
-        patience = Deadline(self.habits.dots_wait if left is None else min(left, self.habits.dots_wait))
+        deadline = Deadline(self.options.dots_wait if left is None else min(left, self.options.dots_wait))
         while due and frame.kind in ("snapshot", "diff"):
-            following = self._next_in(patience)
+            following = self._next_in(deadline)
             more = more_of(message, following)
             if more is None:
                 self._following = following
@@ -265,19 +271,19 @@ class Subscription:
             try:
                 self._tracker.complete(frame, more)
             except ResyncNeeded:
-                # The frame is good; what does not fit shows again at the next one.
+                # The frame is valid. The error is raised with the next one.
                 self._following = more
                 return
             due.discard("dots" if isinstance(more, Dots) else "tracks")
 
-    def _next_in(self, patience: Deadline) -> Any:
-        """The next message, if one comes in time."""
+    def _next_in(self, deadline: Deadline) -> Any:
+        """The next message, if one arrives in time."""
         try:
-            return self._connection.receive(self._channel, patience.left())
+            return self._connection.receive(self._channel, deadline.left())
         except TimedOut:
             return None
         except HopesError:
             if self._connection.is_alive:
                 raise
-            # The frame before is good; that the connection is lost shows again at the next one.
+            # The previous frame is valid. The lost connection is raised with the next one.
             return None

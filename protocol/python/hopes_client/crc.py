@@ -1,13 +1,15 @@
-"""CRC-32C (Castagnoli), the checksum of banners and outer frames.
+"""CRC-32C (Castagnoli), the checksum of banners and frames.
 
-In: bytes. Out: `crc32c(data)`, and `IMPLEMENTATION`, the name of what computes it.
-Invariant: `crc32c(b"123456789") == 0xE3069283`, whichever implementation is used.
+In: bytes. Out: `crc32c(data)`, and `IMPLEMENTATION`, the name of the implementation in use. Invariant:
+`crc32c(b"123456789") == 0xE3069283` in every implementation.
 
-The modules `crc32c` and `google_crc32c` (compiled, some GB/s) are used when one of them is installed. Otherwise pure
+The modules `crc32c` and `google_crc32c` (compiled, some GB/s) are used if one of them is installed. Otherwise pure
 Python does it: byte by byte with a table (15 MB/s) for short data, and by *folding* (35 MB/s for 1 kB, 130 to 180 MB/s
-from 16 kB on) for long data. Folding uses that a CRC is linear: the first words of the data can be taken away if they
-are multiplied with the right power of x modulo the polynomial and xored into the words that follow. `bytes.translate`
-multiplies, and xor of large integers adds, a great many words in a single step.
+from 16 kB on) for long data.
+
+Folding uses that a CRC is linear: the first words of the data can be removed if they are multiplied with the right
+power of x modulo the polynomial and xored into the words that follow. `bytes.translate` multiplies, and xor of large
+integers adds, very many words in a single step.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ Buffer = Union[bytes, bytearray, memoryview]
 
 _POLYNOMIAL = 0x82F63B78
 _ONES = 0xFFFFFFFF
-# Data of fewer words than this is not folded: the table is faster then.
+# Data of fewer words is not folded, since the table is faster.
 _FEW_WORDS = 64
 
 
@@ -108,7 +110,7 @@ def pure_crc32c(data: Buffer) -> int:
     if words < _FEW_WORDS:
         return _advance(_ONES, data) ^ _ONES
     whole = bytearray(data[: 4 * words])
-    # To start with ones is to start with zeros and have the first word inverted.
+    # An initial register of ones equals a register of zeros with the first word inverted.
     for i in range(4):
         whole[i] ^= 255
     planes = [bytes(whole[i::4]) for i in range(4)]
@@ -122,7 +124,7 @@ def pure_crc32c(data: Buffer) -> int:
 
 
 def _installed() -> tuple[str, Callable[[bytes], int]]:
-    """The fastest implementation there is, and its name."""
+    """The fastest available implementation, and its name."""
     try:
         compute: Callable[[bytes], int] = importlib.import_module("crc32c").crc32c
         return "crc32c", compute
@@ -130,7 +132,7 @@ def _installed() -> tuple[str, Callable[[bytes], int]]:
         pass
     try:
         google = importlib.import_module("google_crc32c")
-        # Without its compiled part that module is slower than this one.
+        # Without its compiled part this module is slower than ours.
         if google.implementation == "c":
             compute = google.value
             return "google_crc32c", compute

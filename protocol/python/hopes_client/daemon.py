@@ -1,7 +1,7 @@
-"""A daemon, as programs see it.
+"""The interface of a daemon for programs.
 
-In: an address. Out: `connect`, and `Daemon` with its producers, subscriptions and questions.
-Invariant: leaving a `with` block without an error means that the daemon has answered all that producers sent.
+In: an address. Out: `connect`, and `Daemon` with producers, subscriptions and requests. Invariant: if a `with` block
+ends without an error, the daemon has answered everything that producers sent.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any, Callable, TypeVar
 
 from .connection import Connection, Options, open_socket
-from .consumer import Habits, Subscription
+from .consumer import FollowOptions, Subscription
 from .link import Link
 from .messages import GetStatus, ListStreams, Message, Status, StreamInfo, Streams, Welcome
 from .mirror import Mirror
@@ -22,21 +22,21 @@ Expected = TypeVar("Expected", bound=Message)
 
 
 class Daemon:
-    """A connection to a daemon. One thread at a time may use it and what it gives."""
+    """A connection to a daemon. It, its producers and its subscriptions may be used by one thread at a time."""
 
     def __init__(self, dial: Callable[[], Connection]) -> None:
-        """`dial` makes a connection; it is called again when a subscription reconnects."""
+        """`dial` makes a connection. It is called again when a subscription reconnects."""
         self._link = Link(dial)
         self._producers: list[Producer] = []
 
     @property
     def connection(self) -> Connection:
-        """The connection in use."""
+        """The current connection."""
         return self._link.current
 
     @property
     def welcome(self) -> Welcome:
-        """What the daemon said of itself."""
+        """The daemon's `Welcome`."""
         return self._link.current.welcome
 
     def producer(
@@ -47,7 +47,7 @@ class Daemon:
         resolution: float | None = None,
         timeout: float | None = None,
     ) -> Producer:
-        """Joins a stream, or creates it with these options. A stream that is there must have those that are given."""
+        """Joins a stream, or creates it with these options. An existing stream must have the options that are given."""
         producer = Producer(self.connection, name, window, resolution, timeout)
         self._producers = [other for other in self._producers if other.is_open or other.unanswered] + [producer]
         return producer
@@ -66,28 +66,30 @@ class Daemon:
         resume: Mirror | None = None,
         reconnect: bool = False,
         timeout: float | None = None,
-        dots_wait: float = Habits.dots_wait,
+        dots_wait: float = FollowOptions.dots_wait,
         stop_when_closed: bool | None = None,
     ) -> Subscription:
-        """Follows every stream, now or later, whose name matches; `*` stands for any run of characters.
+        """Follows every stream, now or later, whose name matches. `*` stands for any run of characters.
 
         The view is HoPeS(C) (`full`, the default), HoPeS(C; alpha) or HoPeS_{k,l}(C), simplified at its own scale if
-        `simplify` is true, or below a threshold. `tracks` is "events" to be told what happens to tracks, "alive" to be told
-        of all living ones in every frame, or "cycles" to be told of their cycles too: `DaemonTooOld` if the daemon speaks
-        no version of the protocol that has tracks, `DaemonError` with code 9 from the iteration, which may go on without
-        tracks, if it was started to follow none. `resume` is a mirror of an earlier subscription in the same view:
-        frames go on from there if the daemon still knows how. `stop_when_closed` is true for the name of a single
-        stream, unless `reconnect` asks to outlive it.
-        For `timeout`, `reconnect` and `dots_wait` see `Habits`.
+        `simplify` is true, or below a threshold.
+
+        `tracks` is "events" for the events of tracks, "alive" for a list of living tracks in every frame too, or
+        "cycles" for their cycles too. It raises `DaemonTooOld` if no protocol version of the daemon has tracks. If the
+        daemon was started without tracks, the iteration raises `DaemonError` with code 9, and may go on without tracks.
+
+        `resume` is a mirror of an earlier subscription in the same view: frames continue from there if the daemon still
+        can. `stop_when_closed` is true for the name of a single stream, unless `reconnect` is set. For `timeout`,
+        `reconnect` and `dots_wait` see `FollowOptions`.
         """
         view = View.of(full, alpha, k, l, simplify)
         if resume is not None and (resume.name != pattern or resume.view != view):
             raise ValueError(f"a mirror of {resume.name!r} in the view {resume.view} cannot be resumed by this")
         single = "*" not in pattern and not reconnect
         stop = single if stop_when_closed is None else stop_when_closed
-        habits = Habits(timeout, reconnect, dots_wait, stop)
+        options = FollowOptions(timeout, reconnect, dots_wait, stop)
         wanted = TracksWanted.of(tracks)
-        return Subscription(self._link, pattern, view, dots or DotsWanted.no(), habits, resume, wanted)
+        return Subscription(self._link, pattern, view, dots or DotsWanted.no(), options, resume, wanted)
 
     def list_streams(self, pattern: str = "*", *, timeout: float | None = None) -> list[StreamInfo]:
         """The streams whose names match."""
@@ -98,7 +100,7 @@ class Daemon:
         return self._ask(GetStatus(), Status, timeout)
 
     def close(self, reason: str = "the client is done") -> None:
-        """Waits until all that producers sent is answered, says goodbye and closes."""
+        """Waits until all messages of producers are answered, sends `Goodbye` and closes."""
         producers, self._producers = self._producers, []
         try:
             for producer in producers:
@@ -118,7 +120,7 @@ class Daemon:
             self._link.close(f"the client failed: {kind.__name__}")
 
     def _ask(self, question: Message, expected: type[Expected], timeout: float | None) -> Expected:
-        """Asks a question on a channel of its own."""
+        """Sends a request on its own channel."""
         connection = self.connection
         channel = connection.open_channel()
         try:

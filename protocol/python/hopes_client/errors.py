@@ -1,14 +1,14 @@
-"""What can go wrong, one class for each thing a caller may want to tell apart.
+"""Exceptions: one class for each case that a caller may want to distinguish.
 
-In: nothing. Out: exception classes, all below `HopesError`.
-Invariant: what ends a connection is raised again by every later use of it; all other errors leave it usable.
+In: nothing. Out: exception classes, all below `HopesError`. Invariant: an error that ends a connection is raised again
+by every later use of it. After any other error the connection is usable.
 """
 
 from __future__ import annotations
 
 
 class HopesError(Exception):
-    """Everything that this package raises on its own account, but for `ValueError` and `TypeError` on bad arguments."""
+    """The base class of this package's errors, except `ValueError` and `TypeError` for invalid arguments."""
 
 
 class ProtocolError(HopesError):
@@ -16,7 +16,7 @@ class ProtocolError(HopesError):
 
 
 class Incomplete(ProtocolError):
-    """The bytes end too early: `needed` more are needed at least."""
+    """The bytes end too early. At least `needed` more are needed."""
 
     def __init__(self, needed: int) -> None:
         super().__init__(f"{needed} more bytes are needed")
@@ -28,31 +28,31 @@ class Malformed(ProtocolError):
 
 
 class UnsupportedVersion(ProtocolError):
-    """An outer frame (or a file) is in a version that was not agreed on."""
+    """A frame (or a file) has another version than the one agreed on."""
 
 
 class TooLarge(ProtocolError):
-    """An outer frame announces a body above the cap."""
+    """A frame announces a body above the limit."""
 
 
 class BodyError(ProtocolError):
-    """A body that cannot be read, or a message type that is not known, in a sound outer frame."""
+    """A frame is valid, but its body cannot be read, or its type is unknown."""
 
 
 class VersionMismatch(HopesError):
-    """There is no protocol version that both sides speak."""
+    """Both sides have no protocol version in common."""
 
 
 class DaemonTooOld(VersionMismatch):
-    """What is asked for is not in the protocol version that was agreed on, the highest that the daemon speaks."""
+    """The agreed protocol version, the highest of the daemon, does not have this feature."""
 
 
 class ConnectionLost(HopesError, ConnectionError):
-    """The connection has ended; nothing more can be sent or received on it."""
+    """The connection has ended. Nothing more can be sent or received."""
 
 
 class DaemonClosed(ConnectionLost):
-    """The daemon said goodbye: `reason`, and the last frame of each stream in `streams`."""
+    """The daemon sent `Goodbye`: `reason`, and the last frame of each stream in `streams`."""
 
     def __init__(self, reason: str, streams: dict[str, int]) -> None:
         super().__init__(f"the daemon said goodbye: {reason}")
@@ -61,17 +61,17 @@ class DaemonClosed(ConnectionLost):
 
 
 class PeerSilent(ConnectionLost):
-    """The daemon was silent, or busy with one frame, for longer than its `timeout_ms`."""
+    """The daemon sent nothing, or no complete frame, for longer than its `timeout_ms`."""
 
 
 class InboxFull(ConnectionLost):
-    """Too many bytes arrived for subscriptions that nobody reads while something else was waited for."""
+    """Too many bytes arrived for subscriptions that are not read, during another wait."""
 
 
 class TimedOut(HopesError, TimeoutError):
-    """What was waited for did not come in the time given. The connection is sound and the call may be repeated.
+    """The awaited message did not arrive in time. The connection is usable and the call may be repeated.
 
-    `sent` is how many of the points were sent before, if it was points that should be sent.
+    `sent` is the number of points that were sent before, if the call sends points.
     """
 
     sent = 0
@@ -88,11 +88,11 @@ class DaemonError(HopesError):
 
 
 class ResyncNeeded(HopesError):
-    """A snapshot or diff does not fit what the mirror holds: the stream has to be subscribed to again."""
+    """A snapshot or diff does not fit the mirror. The stream must be subscribed to again."""
 
 
 class StreamEnded(HopesError):
-    """Somebody ended the stream that this producer feeds; `frame` was its last frame."""
+    """The stream of this producer was ended. `frame` was its last frame."""
 
     def __init__(self, name: str, frame: int) -> None:
         super().__init__(f"the stream {name!r} was ended at frame {frame}")
@@ -100,4 +100,4 @@ class StreamEnded(HopesError):
 
 
 class StaleFrame(HopesError):
-    """The graph of a frame was asked for after a later frame had replaced it (see `Frame.copy`)."""
+    """The graph of a frame was accessed after a later frame had replaced it (see `Frame.copy`)."""

@@ -1,8 +1,8 @@
-"""A frame as a consumer sees it.
+"""A frame of a consumer.
 
-In: a mirror right after it took a message. Out: `Frame`.
-Invariant: the graph of a frame is that of its own number: it is a view of the mirror, free of cost, and asking for it
-after the mirror has gone on raises `StaleFrame`. `Frame.copy` gives one that may be kept.
+In: a mirror directly after it has applied a message. Out: `Frame`. Invariant: a frame has the graph of its own number.
+The graph is a view of the mirror and costs nothing; accessing it after the mirror has changed raises `StaleFrame`.
+`Frame.copy` returns a frame that may be kept.
 """
 
 from __future__ import annotations
@@ -22,12 +22,15 @@ from .tracks import Track, TrackEvent
 class Frame:
     """One frame of a stream.
 
-    `kind` is "snapshot", "diff", or "dots" or "tracks" if nothing else is new since the frame before, which had the
-    same number. `tracks` are the living tracks by id, each as it was last told of, `track_cycles` their cycles, as walks
-    along vertices, and `track_events` what has happened to tracks since the frame before; all are empty unless they were
-    asked for. `diff` is the message that led here (none but with "diff"), `cause` why a snapshot came (none but with
-    "snapshot"). `lagged` is the first and the last frame that were not sent singly before this one, if there are such.
-    `elapsed` is the time in seconds since the recording began, if this is one.
+    `kind` is "snapshot" or "diff". It is "dots" or "tracks" if only those are new, and the number is that of the
+    previous frame.
+
+    `tracks` are the living tracks by id in their last reported state, `track_cycles` their cycles as walks along
+    vertices, and `track_events` the events since the previous frame. All are empty unless they were requested.
+
+    `diff` is the message of this frame (only with "diff"), `cause` the reason of a snapshot (only with "snapshot").
+    `lagged` is the first and the last of the frames before this one that were not sent, if there are any. `elapsed` is
+    the time in seconds since a recording began.
     """
 
     def __init__(
@@ -54,7 +57,7 @@ class Frame:
         self.renew(track_events)
 
     def renew(self, track_events: Iterable[TrackEvent]) -> None:
-        """Takes dots and tracks as the mirror has them now, and these events. For whoever makes frames."""
+        """Copies dots and tracks from the mirror, and sets these events. For the code that makes frames."""
         self.dots: tuple[Dot, ...] = self._mirror.dots
         self.dots_total = self._mirror.dots_total
         self.tracks: Mapping[int, Track] = self._mirror.tracks.alive
@@ -68,7 +71,7 @@ class Frame:
 
     @property
     def epoch(self) -> int:
-        """The life of the stream: with `number`, what a consumer resumes from."""
+        """The epoch of the stream. Together with `number` it is the position at which a consumer resumes."""
         return self._mirror.epoch
 
     @property
@@ -78,27 +81,27 @@ class Frame:
 
     @property
     def time(self) -> float | None:
-        """The time of the commit, else the newest event time."""
+        """The time of the commit. Without one, the newest event time."""
         return self.header.time
 
     @property
     def points(self) -> int:
-        """How many points the window holds."""
+        """The number of points in the window."""
         return self.header.points
 
     @property
     def positions(self) -> int:
-        """How many distinct positions these points have (`vertices` of the header)."""
+        """The number of distinct positions (`vertices` of the header)."""
         return self.header.vertices
 
     @property
     def rejected(self) -> int:
-        """How many points were refused since the frame before."""
+        """The number of points refused since the previous frame."""
         return self.header.rejected
 
     @property
     def view(self) -> View:
-        """The view that the graph is in."""
+        """The view of the graph."""
         return self.header.view
 
     @property
@@ -113,12 +116,12 @@ class Frame:
 
     @property
     def components(self) -> int:
-        """How many connected components the view has."""
+        """The number of connected components of the view."""
         return self.header.components
 
     @property
     def cycles(self) -> int:
-        """How many independent cycles the view has."""
+        """The number of independent cycles of the view."""
         return self.header.cycles
 
     @property
@@ -137,7 +140,7 @@ class Frame:
         return self._current().critical
 
     def copy(self) -> Frame:
-        """This frame with a graph of its own, which stays when the stream goes on."""
+        """This frame with its own copy of the graph, which stays valid when the stream goes on."""
         source = self._current()
         kept = copy.copy(source)
         kept.vertices = dict(source.vertices)

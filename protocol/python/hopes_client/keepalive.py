@@ -1,7 +1,8 @@
-"""Keeps a connection alive while nobody uses it.
+"""Keeps an idle connection alive.
 
 In: an object with `keep_alive()` and the seconds between two calls. Out: a background thread that makes these calls.
-Invariant: the thread holds no reference to the object between calls, and ends when it is stopped or the object is gone.
+Invariant: the thread holds no reference to the object between calls. It ends when it is stopped or when the object is
+gone.
 """
 
 from __future__ import annotations
@@ -12,10 +13,10 @@ from typing import Protocol
 
 
 class Alive(Protocol):
-    """What can be kept alive."""
+    """An object that the thread can call."""
 
     def keep_alive(self) -> None:
-        """Lets the other side hear something if it has not for a while."""
+        """Sends something if nothing was sent for some time."""
 
 
 class Keepalive:
@@ -28,7 +29,7 @@ class Keepalive:
         threading.Thread(target=self._run, name="hopes keepalive", daemon=True).start()
 
     def stop(self) -> None:
-        """Ends the thread; a call that it is in may still finish."""
+        """Ends the thread. A running call may still finish."""
         self._stopped.set()
 
     def _run(self) -> None:

@@ -1,7 +1,7 @@
-"""The way to a daemon: the connection in use, which can be made anew.
+"""A connection to a daemon that can be renewed.
 
-In: a function that connects. Out: `Link.current`, and `Link.renew`.
-Invariant: once the link is closed no connection is made.
+In: a function that connects. Out: `Link.current`, and `Link.renew`. Invariant: no connection is made after the link was
+closed.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from .errors import ConnectionLost
 
 
 class Link:
-    """The connection that the producers and subscriptions of one `Daemon` share."""
+    """The connection that the producers and subscriptions of a `Daemon` share."""
 
     def __init__(self, dial: Callable[[], Connection]) -> None:
         self._dial: Callable[[], Connection] | None = dial
@@ -29,10 +29,10 @@ class Link:
 
     @property
     def is_closed(self) -> bool:
-        """Whether it was closed by this side."""
+        """Whether this side has closed it."""
         return self._dial is None
 
     def close(self, reason: str) -> None:
-        """Closes the connection for good."""
+        """Closes the connection. It cannot be renewed."""
         self._dial = None
         self.current.close(reason)

@@ -1,8 +1,8 @@
-"""Every message of the protocol, versions 1 and 2, as a dataclass whose fields are declared in the order of the wire.
+"""All messages of protocol versions 1 and 2, as dataclasses whose fields have the order of the wire.
 
-In: field values. Out: the classes, `Message.TYPE` and `Message.SINCE` of each, `encode` and `decode`.
-Invariants: the type hint of a field is the only description of how it is written; a field that is named like a Python
-keyword has an underscore after its name (`Diff.from_`); `decode(TYPE, encode(message)) == message`.
+In: field values. Out: the classes, `Message.TYPE` and `Message.SINCE` of each, `encode` and `decode`. Invariants: the
+type hint of a field is the only definition of its encoding. A field with the name of a Python keyword ends in an
+underscore (`Diff.from_`). `decode(TYPE, encode(message)) == message`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ BY_TYPE: dict[int, type[Message]] = {}
 
 @dataclass(frozen=True)
 class Message:
-    """A message; `TYPE` is its type number, `SINCE` the first version that has it."""
+    """A message. `TYPE` is the number of its type, `SINCE` the first version that has it."""
 
     TYPE: ClassVar[int]
     SINCE: ClassVar[int]
@@ -34,12 +34,12 @@ class Message:
 
 
 def encode(message: Message) -> bytearray:
-    """The body of the message. `ValueError` if a field holds what it may not."""
+    """Encodes the body. `ValueError` if a field has an invalid value."""
     return encode_body(message)
 
 
 def decode(type: int, body: bytes, version: int = HIGHEST_VERSION) -> Any:
-    """The message of that type that the body holds, as a version has it. Raises nothing but `BodyError`."""
+    """Decodes the body of a message of a type, as a version defines it. Raises only `BodyError`."""
     if type not in BY_TYPE or version < BY_TYPE[type].SINCE:
         raise BodyError(f"the message type {type:#06x} is not known in version {version} of the protocol")
     return decode_body(BY_TYPE[type], body)
@@ -85,7 +85,7 @@ class Pong(Message, type=0x0004):
 
 @dataclass(frozen=True)
 class Goodbye(Message, type=0x0005):
-    """The last message of whoever sends it; the daemon's has the (name, last frame) of each stream."""
+    """The last message of either side. The daemon's has (name, last frame) of each stream."""
 
     reason: str
     streams: list[tuple[str, U64]]
@@ -93,7 +93,7 @@ class Goodbye(Message, type=0x0005):
 
 @dataclass(frozen=True)
 class Error(Message, type=0x0006):
-    """The daemon cannot do what it was asked for."""
+    """The daemon could not handle a message."""
 
     code: U16
     answers: U16
@@ -109,7 +109,7 @@ class ListStreams(Message, type=0x0007):
 
 @dataclass(frozen=True)
 class StreamInfo:
-    """A stream, as the daemon lists it."""
+    """A stream in the daemon's list."""
 
     stream: U32
     name: str
@@ -137,7 +137,7 @@ class GetStatus(Message, type=0x0009):
 
 @dataclass(frozen=True)
 class StreamStatus:
-    """A stream, as the daemon's status shows it."""
+    """A stream in the daemon's status."""
 
     info: StreamInfo
     computed: U64
@@ -200,7 +200,7 @@ class Batch(Message, type=0x0103):
 
 @dataclass(frozen=True)
 class Retract(Message, type=0x0104):
-    """Takes points back."""
+    """Retracts points."""
 
     sequence: U64
     points: Union[list[tuple[AnyF64, AnyF64]], Packed]
@@ -223,14 +223,14 @@ class Close(Message, type=0x0106):
 
 @dataclass(frozen=True)
 class Closed(Message, type=0x0107):
-    """The end of a producer's channel."""
+    """The answer to `Close`."""
 
     frame: U64
 
 
 @dataclass(frozen=True)
 class Accepted(Message, type=0x0108):
-    """All points of a batch were taken; `placed` has (tag, vertex)."""
+    """All points of a batch were accepted. `placed` has (tag, vertex)."""
 
     sequence: U64
     points: U32
@@ -259,7 +259,7 @@ class Refused(Message, type=0x0109):
 
 @dataclass(frozen=True)
 class Committed(Message, type=0x010A):
-    """The frame that a `Commit` closed."""
+    """The answer to `Commit`."""
 
     sequence: U64
     frame: U64
@@ -267,7 +267,7 @@ class Committed(Message, type=0x010A):
 
 @dataclass(frozen=True)
 class Overloaded(Message, type=0x010B):
-    """The daemon dropped a batch, as it could not keep up."""
+    """The daemon dropped a batch, since the engine did not keep up."""
 
     sequence: U64
     points: U32
@@ -280,7 +280,7 @@ class Overloaded(Message, type=0x010B):
 
 @dataclass(frozen=True)
 class Resume:
-    """What a consumer had when it lost its connection."""
+    """The position at which a consumer resumes."""
 
     epoch: U64
     frame: U64
@@ -288,7 +288,7 @@ class Resume:
 
 @dataclass(frozen=True)
 class Subscribe(Message, type=0x0201):
-    """Follows the streams whose names match."""
+    """Subscribes to the streams whose names match."""
 
     pattern: str
     view: View
@@ -323,7 +323,7 @@ class StreamOpened(Message, type=0x0204):
 
 @dataclass(frozen=True)
 class StreamClosed(Message, type=0x0205):
-    """The end of a stream."""
+    """A stream has ended."""
 
     stream: U32
     frame: U64
@@ -332,7 +332,7 @@ class StreamClosed(Message, type=0x0205):
 
 @dataclass(frozen=True)
 class Snapshot(Message, type=0x0206):
-    """All that a consumer holds of a stream."""
+    """A complete view."""
 
     stream: U32
     cause: Cause
@@ -345,7 +345,7 @@ class Snapshot(Message, type=0x0206):
 
 @dataclass(frozen=True)
 class Diff(Message, type=0x0207):
-    """What has changed from one frame to another."""
+    """The changes of a view between two frames."""
 
     stream: U32
     from_: U64
@@ -382,7 +382,7 @@ class Dots(Message, type=0x0208):
 
 @dataclass(frozen=True)
 class Heartbeat(Message, type=0x0209):
-    """The newest frame of a stream in which nothing happens."""
+    """Nothing has changed since this frame. Shows that the daemon is alive."""
 
     stream: U32
     frame: U64
@@ -390,7 +390,7 @@ class Heartbeat(Message, type=0x0209):
 
 @dataclass(frozen=True)
 class Lagged(Message, type=0x020A):
-    """The first and last frame that are not sent singly."""
+    """The first and the last frame of a range that is not sent frame by frame."""
 
     stream: U32
     first: U64
@@ -399,7 +399,7 @@ class Lagged(Message, type=0x020A):
 
 @dataclass(frozen=True)
 class Resumed(Message, type=0x020B):
-    """The subscription goes on from `frame`."""
+    """The subscription resumes at `frame`."""
 
     stream: U32
     frame: U64
@@ -407,7 +407,7 @@ class Resumed(Message, type=0x020B):
 
 @dataclass(frozen=True)
 class Unsubscribed(Message, type=0x020C):
-    """The end of the subscription."""
+    """The answer to `Unsubscribe`."""
 
 
 # Tracks.
@@ -415,14 +415,14 @@ class Unsubscribed(Message, type=0x020C):
 
 @dataclass(frozen=True)
 class WantTracks(Message, type=0x020D, since=2):
-    """Asks to see so much of the tracks from here on."""
+    """Sets what is sent of the tracks from now on."""
 
     tracks: TracksWanted
 
 
 @dataclass(frozen=True)
 class Tracks(Message, type=0x020E, since=2):
-    """What has happened to tracks from one frame to another; from 0, all that are alive."""
+    """The events of tracks between two frames. From 0: a list of all living tracks."""
 
     stream: U32
     from_: U64

@@ -1,11 +1,10 @@
-"""What a consumer holds of one stream, kept up by snapshots and diffs.
+"""A mirror: a consumer's verified copy of one stream. It applies snapshots and diffs.
 
-In: `Snapshot`, `Diff` and `Dots` messages of one stream, in the order in which they came.
-Out: vertices, edges and critical edges of the newest frame, proved by the checksum.
-Invariants: a message is taken as a whole or refused as a whole with `ResyncNeeded`, which leaves everything as it was;
-after each message taken `checksum` is that of what is held; `revision` grows with each message that changes the graph.
-Tracks are held beside it, in `tracks`, and have frame numbers and refusals of their own.
-Simplified views are held in the same way: their vertices are those of the simplified graph, and nothing is critical.
+In: `Snapshot`, `Diff` and `Dots` messages of one stream, in the order of arrival. Out: vertices, edges and critical
+edges of the newest frame, verified by the checksum. Invariants: a message is applied as a whole, or refused as a whole
+with `ResyncNeeded`, which changes nothing. After each applied message `checksum` is that of the content. `revision`
+grows with each message that changes the graph. Tracks are in `tracks`; they have their own frame numbers and errors.
+Simplified views work in the same way: their vertices are those of the simplified graph, and no edge is critical.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ Key = TypeVar("Key")
 
 
 class Mirror:
-    """The newest frame of the stream `name` in its life `epoch`."""
+    """The newest frame of the stream `name` in the epoch `epoch`."""
 
     def __init__(self, name: str = "", epoch: int = 0) -> None:
         self.name = name
@@ -40,16 +39,16 @@ class Mirror:
 
     @property
     def number(self) -> int:
-        """The number of the frame that is held; 0 if there is none yet."""
+        """The number of the frame. 0: none yet."""
         return self.header.number if self.header else 0
 
     @property
     def view(self) -> View | None:
-        """The view that is held."""
+        """The view of the frame."""
         return self.header.view if self.header else None
 
     def apply_snapshot(self, snapshot: Snapshot) -> None:
-        """Replaces everything."""
+        """Replaces the content."""
         vertices = {id: (x, y) for id, x, y in snapshot.vertices}
         edges = set(snapshot.edges)
         critical = {(a, b): (birth, death) for a, b, birth, death in snapshot.critical}
@@ -61,11 +60,11 @@ class Mirror:
         self._prove(total, snapshot.checksum, snapshot.frame)
         self.vertices, self.edges, self.critical = vertices, edges, critical
         if snapshot.cause.case in ("Start", "CannotResume"):
-            # The daemon does not know of what was shown before, so it tells of the dots anew if there are any.
+            # The daemon sends the dots again after a snapshot, if there are any.
             self.dots, self.dots_total = (), 0
 
     def apply_diff(self, diff: Diff) -> None:
-        """Goes on from the frame that is held to another one."""
+        """Applies a diff to the frame that the mirror holds."""
         self._check_start(diff)
         total = self.checksum
         total += self._vertices_change(diff) + self._edges_change(diff) + self._critical_change(diff)
@@ -84,14 +83,14 @@ class Mirror:
         self.dots, self.dots_total = tuple(dots.dots), dots.total
 
     def verify(self) -> None:
-        """Computes the checksum anew from what is held; `ResyncNeeded` if somebody has changed it."""
+        """Computes the checksum from the content. `ResyncNeeded` if the content was changed from outside."""
         total = hashes.of_vertices((id, x, y) for id, (x, y) in self.vertices.items()) + hashes.of_edges(self.edges)
         total += hashes.of_critical((a, b, birth, death) for (a, b), (birth, death) in self.critical.items())
         if total & hashes.MASK != self.checksum:
             raise ResyncNeeded("what is held was changed from outside")
 
     def _prove(self, total: int, checksum: int, header: FrameHeader) -> None:
-        """Takes the new frame's header if the checksum is right. All checks come before, all changes after this."""
+        """Sets the new frame's header if the checksum is right. All checks come before, all changes after this."""
         if total & hashes.MASK != checksum:
             raise ResyncNeeded(f"the checksum of frame {header.number} is wrong")
         self.checksum = checksum
@@ -107,7 +106,7 @@ class Mirror:
             raise ResyncNeeded("a diff of another view does not follow")
 
     def _vertices_change(self, diff: Diff) -> int:
-        """What the diff's vertices add to the checksum; raises if they do not fit."""
+        """The change of the checksum by the diff's vertices. Raises if they do not fit."""
         removed = _distinct(diff.vertices_removed)
         added = _distinct(id for id, _, _ in diff.vertices_added)
         _check(removed <= self.vertices.keys(), not (added & self.vertices.keys()) - removed, "vertex")
@@ -115,14 +114,14 @@ class Mirror:
         return hashes.of_vertices(diff.vertices_added) - gone
 
     def _edges_change(self, diff: Diff) -> int:
-        """What the diff's edges add to the checksum; raises if they do not fit."""
+        """The change of the checksum by the diff's edges. Raises if they do not fit."""
         removed = _distinct(diff.edges_removed)
         added = _distinct(diff.edges_added)
         _check(removed <= self.edges, not (added & self.edges) - removed, "edge")
         return hashes.of_edges(added) - hashes.of_edges(removed)
 
     def _critical_change(self, diff: Diff) -> int:
-        """What the diff's critical edges add to the checksum; raises if they do not fit."""
+        """The change of the checksum by the diff's critical edges. Raises if they do not fit."""
         removed = _distinct(diff.critical_removed)
         changed = _distinct((a, b) for a, b, _, _ in diff.critical_set)
         _check(removed <= self.critical.keys(), True, "critical edge")
@@ -131,7 +130,7 @@ class Mirror:
 
 
 def _distinct(items: Iterable[Key]) -> set[Key]:
-    """The items as a set; raises if one comes twice."""
+    """The items as a set. Raises if there is a duplicate."""
     listed = list(items)
     distinct = set(listed)
     if len(distinct) != len(listed):

@@ -1,8 +1,8 @@
-"""Points as scientists have them, in the form in which they are sent.
+"""Converts points to the form in which they are sent.
 
-In: lists (or other iterables) of pairs, or numpy arrays. Out: `Packed` lists of `f64`, and lists of tags.
-Invariants: numpy is imported only if something that can become an array is given, so that it is there already; no
-number is checked here: those that cannot be used are refused by the daemon, one by one.
+In: lists (or other iterables) of pairs, or numpy arrays. Out: `Packed` lists of `f64`, and lists of tags. Invariants:
+numpy is imported only for objects that can become an array, so only if it is there. Numbers are not checked: the daemon
+refuses invalid ones, one by one.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
-"""Feeding a stream.
+"""Producers.
 
-In: points, with times and tags of the producer's own. Out: `Batch`, `Retract` and `Commit` messages; an `Answer` for
-each `send` and `retract`, a frame number for each `commit`.
-Invariants: messages are pipelined, but never more than `MOST_UNANSWERED` wait for their answer; every message that was
-sent is answered in the end, or the producer (or the connection) fails with the reason. What is kept of refusals is
-bounded, what is counted is not.
+In: points, with the producer's own times and tags. Out: `Batch`, `Retract` and `Commit` messages; an `Answer` for each
+`send` and `retract`, a frame number for each `commit`. Invariants: messages are pipelined, but at most
+`MOST_UNANSWERED` wait for their answer. Every message is answered in the end, or the producer (or the connection) fails
+with the reason. The list of refusals is bounded, their count is not.
 """
 
 from __future__ import annotations
@@ -35,25 +34,25 @@ from .messages import (
     Refused,
     Retract,
 )
-from .patience import Deadline
 from .points import Numbers, Points, list_tags, pack_numbers, pack_points
 from .shared import Window
+from .timing import Deadline
 
 #: How many messages may wait for their answers.
 MOST_UNANSWERED = 32
 #: How many refusals a producer keeps, the newest ones.
 MOST_REFUSALS = 10_000
 
-# The most bytes of a point with its time and tag, and of everything else in a batch.
+# The largest size of a point with its time and tag, and of everything else in a batch, in bytes.
 _POINT_SIZE = 16 + 8 + 9
 _BATCH_OVERHEAD = 64
 
 
 @dataclass(eq=False)
 class Answer:
-    """What became of the points of one `send` or `retract`.
+    """The outcome of one `send` or `retract`.
 
-    `refused` has the reasons (the first 1,000 of each batch) with the index into what was sent; `placed` has the vertex
+    `refused` has the reasons (the first 1,000 of each batch) with the index in the sent points. `placed` has the vertex
     of each tag. Numbers grow until `done`.
     """
 
@@ -68,11 +67,11 @@ class Answer:
 
     @property
     def done(self) -> bool:
-        """Whether all answers have come."""
+        """Whether all answers have arrived."""
         return self._missing == 0
 
     def wait(self, timeout: float | None = None) -> Answer:
-        """Waits until the answer is complete, and gives it."""
+        """Waits until the answer is complete, and returns it."""
         if self._producer is not None:
             self._producer.await_answer(self, timeout)
         return self
@@ -80,17 +79,17 @@ class Answer:
 
 @dataclass(frozen=True)
 class _Part:
-    """A message of an answer: the index of its first point."""
+    """One message of an answer, and the index of its first point."""
 
     answer: Answer
     start: int
 
 
 class Producer:
-    """A stream that is fed. Leaving a `with` block waits for all answers and closes it; the stream stays.
+    """A producer of a stream. Leaving a `with` block waits for all answers and closes it. The stream stays.
 
-    `refused` keeps the newest refusals, `refused_count` counts all; `accepted` and `dropped` (by overload) count
-    points; `frame` is the newest frame known.
+    `refused` keeps the newest refusals, `refused_count` counts all. `accepted` and `dropped` (by overload) count
+    points. `frame` is the newest known frame.
     """
 
     def __init__(
@@ -108,7 +107,7 @@ class Producer:
         self.dropped = 0
         self._connection = connection
         self._sequence = 0
-        # By sequence number, in the order of sending; none stands for a commit.
+        # By sequence number, in the order of sending. None stands for a commit.
         self._unanswered: dict[int, _Part | None] = {}
         self._closed = False
         # Why nothing more can be sent.
@@ -131,7 +130,7 @@ class Producer:
 
     @property
     def unanswered(self) -> int:
-        """How many messages wait for their answer."""
+        """The number of messages that wait for their answer."""
         return len(self._unanswered)
 
     def send(
@@ -142,10 +141,10 @@ class Producer:
         tags: Iterable[int] | Any | None = None,
         timeout: float | None = None,
     ) -> Answer:
-        """Adds points: a list of (x, y), or an (n, 2) array. `times` and `tags` have one item for each, if given.
+        """Sends points: a list of (x, y), or an (n, 2) array. `times` and `tags` have one item for each, if given.
 
-        Does not wait for the answer (`Answer.wait` does), only for room if too many answers are missing. Points that do
-        not fit into one batch are sent in several. `TimedOut.sent` tells how many points were sent before.
+        Does not wait for the answer (`Answer.wait` does), but waits if too many messages are unanswered. Points that do
+        not fit into one batch are sent in several. `TimedOut.sent` is the number of points that were sent before.
         """
         packed = pack_points(points)
         its_times = Packed(0, memoryview(b"")) if times is None else pack_numbers(times)
@@ -161,7 +160,7 @@ class Producer:
         return self._send_parts(packed.count, batch, timeout)
 
     def retract(self, points: Points, *, timeout: float | None = None) -> Answer:
-        """Takes back, for each position, the oldest point there. Waits no more than `send` does."""
+        """Retracts the oldest point at each position. Waits no longer than `send` does."""
         packed = pack_points(points)
 
         def retraction(start: int, stop: int) -> Retract:
@@ -170,7 +169,7 @@ class Producer:
         return self._send_parts(packed.count, retraction, timeout)
 
     def commit(self, time: float | None = None, *, timeout: float | None = None) -> int:
-        """Closes a frame, waits for all answers, and gives the number of the frame."""
+        """Commits a frame, waits for all answers, and returns the number of the frame."""
         deadline = Deadline(self._connection.allowed(timeout))
         self._send(Commit(self._next(), time), None, deadline)
         self._await_answers(deadline, 0)
@@ -187,9 +186,9 @@ class Producer:
             self._await_answers(deadline, len(self._unanswered) - 1)
 
     def close(self, end: bool = False, timeout: float | None = None) -> int:
-        """Waits for all answers and closes the producer, with `end` the stream too for everybody; gives the last frame.
+        """Waits for all answers and closes the producer, and ends the stream if `end`. Returns the last frame.
 
-        Does nothing if it is closed already, by this side or because somebody ended the stream.
+        Does nothing if the producer is closed already, or if the stream has ended.
         """
         deadline = Deadline(self._connection.allowed(timeout))
         self._await_answers(deadline, 0)
@@ -202,7 +201,7 @@ class Producer:
         return self.frame
 
     def finish(self) -> None:
-        """Waits for all answers and closes; no error if there is nothing to wait for and nobody to tell."""
+        """Waits for all answers and closes. No error if there are no missing answers and the daemon is gone."""
         self.flush()
         if self._end is None:
             with contextlib.suppress(ConnectionLost):
@@ -222,7 +221,7 @@ class Producer:
         return self._sequence
 
     def _send_parts(self, count: int, message: Callable[[int, int], Batch | Retract], timeout: float | None) -> Answer:
-        """Sends `count` points in messages of a fitting size; `message` makes the one between two indices."""
+        """Sends `count` points in messages of a suitable size. `message` makes the one between two indices."""
         deadline = Deadline(self._connection.allowed(timeout))
         answer = Answer(count, _producer=self)
         for start in range(0, count, self._largest_batch):
@@ -235,7 +234,7 @@ class Producer:
         return answer
 
     def _send(self, message: Batch | Retract | Commit, part: _Part | None, deadline: Deadline) -> None:
-        """Sends a message when there is room for it among the unanswered ones."""
+        """Sends a message when the number of unanswered ones allows it."""
         self._take_waiting()
         self._await_answers(deadline, MOST_UNANSWERED - 1)
         self._check()
@@ -243,7 +242,7 @@ class Producer:
         self._unanswered[message.sequence] = part
 
     def _take_waiting(self) -> None:
-        """Takes the answers that have come."""
+        """Handles the answers that have arrived."""
         while self._end is None:
             message = self._connection.receive_waiting(self._channel)
             if message is None:
@@ -251,7 +250,7 @@ class Producer:
             self._take(message)
 
     def _await_answers(self, deadline: Deadline, most: int) -> None:
-        """Waits until no more than `most` messages are unanswered."""
+        """Waits until at most `most` messages are unanswered."""
         while len(self._unanswered) > most:
             self._check()
             self._take(self._connection.receive(self._channel, deadline.left()))
@@ -261,14 +260,14 @@ class Producer:
             raise self._end.with_traceback(None)
 
     def _take(self, message: Message) -> None:
-        """Deals with a message from the daemon."""
+        """Handles a message from the daemon."""
         if isinstance(message, Closed):
             self._closed = True
             self.frame = message.frame
             self._end = StreamEnded(self.name, message.frame)
             self._connection.close_channel(self._channel)
         elif isinstance(message, Error):
-            # It does not tell which of several messages it answers, so nothing can be said of those that wait.
+            # The error does not say which message it answers, so the outcome of the unanswered ones is unknown.
             self._end = as_exception(message)
             raise self._end
         elif isinstance(message, Committed):
@@ -283,13 +282,13 @@ class Producer:
             raise ProtocolError(f"{type(message).__name__} came for a producer")
 
     def _settle(self, sequence: int) -> _Part | None:
-        """What the answer to this message belongs to."""
+        """The part of an answer that belongs to this message."""
         if sequence not in self._unanswered:
             raise ProtocolError(f"an answer came to message {sequence}, which waits for none")
         return self._unanswered.pop(sequence)
 
     def _count(self, part: _Part, message: Accepted | Refused | Overloaded) -> None:
-        """Notes what became of the points of one message."""
+        """Stores the outcome of one message."""
         answer = part.answer
         answer._missing -= 1
         if isinstance(message, Overloaded):

@@ -1,8 +1,8 @@
-"""Reading recordings: what a daemon sent on one subscription, in a file (section 8 of the specification).
+"""Reads recordings: the messages of one subscription in a file (section 8 of the specification).
 
-In: a path, or a binary file. Out: an iterator of frames, in the same form as from a daemon.
-Invariants: every frame that is given out was proved by its checksum; a file that ends within a frame gives all frames
-before, and then `truncated` is true.
+In: a path, or a binary file. Out: an iterator of frames, of the same type as from a daemon. Invariants: every returned
+frame was verified by its checksum. A file that ends within a frame gives all frames before, and then `truncated` is
+true.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Recording:
         self.truncated = False
         self._file = file
         self._buffer = FrameBuffer(largest_frame)
-        # A daemon without sockets writes its only stream without announcing it.
+        # A daemon that writes its stream to stdout does not announce it.
         self._tracker = Tracker(announced=False)
         self._following: Message | None = None
         self._elapsed: float | None = None
@@ -70,7 +70,7 @@ class Recording:
         return len(data) > 0
 
     def _read_banner(self) -> int:
-        """The version that the frames are in."""
+        """The version of the frames."""
         banner = None
         while banner is None:
             if not self._read_more():
@@ -81,7 +81,7 @@ class Recording:
         return Banner().agree(banner)
 
     def _next_message(self) -> Message | None:
-        """The next message of the subscription; none at the end of the file."""
+        """The next message of the subscription. None at the end of the file."""
         while True:
             frame = self._buffer.next_frame(self._version)
             if frame is not None:
@@ -95,7 +95,7 @@ class Recording:
                 return None
 
     def _complete(self, frame: Frame, message: Message) -> None:
-        """Adds dots and tracks of a frame if they come right after it."""
+        """Adds dots and tracks of a frame if they follow directly."""
         try:
             while True:
                 self._following = self._next_message()
@@ -104,7 +104,7 @@ class Recording:
                     return
                 self._tracker.complete(frame, more)
         except (ProtocolError, ResyncNeeded) as error:
-            # All frames before are good: this is for whoever asks for the next one.
+            # The frames before are valid. The error is raised when the next one is requested.
             self._broken = error
 
 

@@ -1,8 +1,8 @@
 """The types that several messages share (section 4 of the specification).
 
 In: numbers. Out: `Window`, `Cut`, `Simplify`, `View`, `DotsWanted`, `Cause`, `Policy`, the tuples `Vertex`, `Edge` and
-`Critical`, and `FrameHeader`.
-Invariant: a value that exists is one that the protocol allows; the constructors raise `ValueError` for others.
+`Critical`, and `FrameHeader`. Invariant: every value is valid in the protocol. The constructors raise `ValueError` for
+invalid ones.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Critical = tuple[U64, U64, F64, F64]
 
 
 class Window(Choice):
-    """Which points of a stream its skeleton is of."""
+    """Which points of a stream are kept."""
 
     CASES: ClassVar[Cases] = {"All": (), "Points": (U64,), "Frames": (U64,), "Time": (F64,)}
 
@@ -32,12 +32,12 @@ class Window(Choice):
 
     @classmethod
     def all(cls) -> Window:
-        """All points ever sent."""
+        """All points."""
         return cls("All")
 
     @classmethod
     def points(cls, count: int) -> Window:
-        """The last `count` points."""
+        """The newest points, at most `count`."""
         return cls("Points", (count,))
 
     @classmethod
@@ -52,7 +52,7 @@ class Window(Choice):
 
 
 class Cut(Choice):
-    """Which skeleton of the points."""
+    """A part of the skeleton."""
 
     CASES: ClassVar[Cases] = {"Full": (), "Reduced": (F64,), "Derived": (U32, U32)}
 
@@ -78,29 +78,29 @@ class Cut(Choice):
 
 
 class Simplify(Choice):
-    """Whether, and up to which scale, the skeleton is simplified."""
+    """Whether the skeleton is simplified, and at which scale."""
 
     CASES: ClassVar[Cases] = {"No": (), "AtScale": (), "Below": (F64,)}
 
     @classmethod
     def no(cls) -> Simplify:
-        """The skeleton as it is."""
+        """Not simplified."""
         return cls("No")
 
     @classmethod
     def at_scale(cls) -> Simplify:
-        """Up to the cut's own scale (alpha, or vs); not with the full skeleton."""
+        """At the cut's own scale (alpha, or vs). Not for the full skeleton."""
         return cls("AtScale")
 
     @classmethod
     def below(cls, threshold: float) -> Simplify:
-        """Up to this scale."""
+        """At this scale."""
         return cls("Below", (float(threshold),))
 
 
 @dataclass(frozen=True)
 class View:
-    """What a consumer is shown of a stream."""
+    """What a consumer sees of a stream's skeleton."""
 
     cut: Cut
     simplify: Simplify
@@ -118,9 +118,9 @@ class View:
         l: Optional[int] = None,
         simplify: Union[bool, float] = False,
     ) -> View:
-        """The view in the words of `Daemon.follow`: one of `full` (the default), `alpha`, or `k` and `l`.
+        """The view from the words of `Daemon.follow`: one of `full` (the default), `alpha`, or `k` and `l`.
 
-        `simplify` is true for the cut's own scale, or a threshold. Of `k` and `l` one that is not given is 1.
+        `simplify` is true for the cut's own scale, or a threshold. If only one of `k` and `l` is given, the other is 1.
         """
         derived = k is not None or l is not None
         if full + (alpha is not None) + derived > 1:
@@ -136,13 +136,13 @@ class View:
 
 
 class DotsWanted(Choice):
-    """How much of the persistence diagram is asked for."""
+    """How many dots of the persistence diagram are sent."""
 
     CASES: ClassVar[Cases] = {"No": (), "Top": (U32,), "All": ()}
 
     @classmethod
     def no(cls) -> DotsWanted:
-        """Nothing."""
+        """None."""
         return cls("No")
 
     @classmethod
@@ -157,20 +157,20 @@ class DotsWanted(Choice):
 
 
 class Cause(Choice):
-    """Why a snapshot comes."""
+    """Why a snapshot is sent."""
 
     CASES: ClassVar[Cases] = {"Start": (), "ViewChanged": (), "Lagged": (), "CannotResume": ()}
 
 
 class Policy(Choice):
-    """Which points a daemon drops that cannot keep up."""
+    """Which message a daemon drops if the engine does not keep up."""
 
     CASES: ClassVar[Cases] = {"DropOldest": (), "DropNewest": ()}
 
 
 @dataclass(frozen=True)
 class FrameHeader:
-    """What is told of a frame besides its graph (`Frame` in the specification)."""
+    """The data of a frame besides its graph (`Frame` in the specification)."""
 
     number: U64
     time: Optional[F64]

@@ -1,9 +1,9 @@
-"""What a consumer holds of the tracks of one stream, kept up by what is told of them.
+"""A track mirror: a consumer's copy of the tracks of one stream.
 
-In: `Tracks` messages of one stream, in the order in which they came. Out: the living tracks by id, and their cycles.
-Invariants: a message is taken as a whole or refused as a whole with `ResyncNeeded`, which leaves everything as it was;
-living tracks are the same whether events alone are told or all tracks in every frame; the mappings that are given out
-are never changed, each message makes new ones.
+In: `Tracks` messages of one stream, in the order of arrival. Out: the living tracks by id, and their cycles.
+Invariants: a message is applied as a whole, or refused as a whole with `ResyncNeeded`, which changes nothing. Living
+tracks are the same whether they come from events alone or from lists in every frame. Returned mappings never change:
+each message makes new ones.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Walks = list[list[int]]
 
 
 class TrackMirror:
-    """The tracks of a stream as of the frame `number`, which is 0 as long as nothing was told of them."""
+    """The tracks of a stream at the frame `number`. 0: no message yet."""
 
     def __init__(self) -> None:
         self.number = 0
@@ -28,7 +28,7 @@ class TrackMirror:
         self.cycles: Mapping[int, Walks] = {}
 
     def apply(self, message: Tracks) -> None:
-        """Goes on to the frame that the message leads to."""
+        """Applies a message."""
         number, starts = message.frame, message.from_ == 0
         if number <= message.from_ or not (starts or message.from_ == self.number):
             raise ResyncNeeded(f"tracks from frame {message.from_} to {number} do not follow frame {self.number}")
@@ -50,7 +50,7 @@ class TrackMirror:
 
 
 def _after(alive: Mapping[int, Track], events: Iterable[TrackEvent]) -> dict[int, Track]:
-    """Who is alive after these events."""
+    """The tracks that are alive after these events."""
     after = dict(alive)
     for event in events:
         happening, id = event.happening, event.track.id
@@ -59,7 +59,7 @@ def _after(alive: Mapping[int, Track], events: Iterable[TrackEvent]) -> dict[int
             raise ResyncNeeded(f"in frame {event.frame} track {id} {what}")
         if happening.ends:
             del after[id]
-        # The other one goes on, so it is there when this one is not: nothing comes from itself.
+        # The other track goes on, so it must be alive after this event. It also cannot be the track itself.
         if happening.other is not None and happening.other not in after:
             raise ResyncNeeded(f"in frame {event.frame} track {happening.other} is named, but is not alive")
         if not happening.ends:
@@ -68,7 +68,7 @@ def _after(alive: Mapping[int, Track], events: Iterable[TrackEvent]) -> dict[int
 
 
 def _compared(alive: Mapping[int, Track], listed: Iterable[Track], number: int) -> dict[int, Track]:
-    """The tracks that are listed, which have to be those that are known, selected or not as they are known."""
+    """The listed tracks. They must be the tracks that are alive, with the same selection."""
     found = {track.id: track for track in listed}
     known = {id: track.selected for id, track in alive.items()}
     if known != {id: track.selected for id, track in found.items()}:
@@ -77,7 +77,7 @@ def _compared(alive: Mapping[int, Track], listed: Iterable[Track], number: int) 
 
 
 def _check_order(message: Tracks) -> None:
-    """Raises unless events are in order and of the right frames, and lists in order and without repetitions."""
+    """Raises unless events are sorted and of the right frames, and lists are sorted without duplicates."""
     places = [(event.frame, event.track.id) for event in message.events]
     inside = all(message.from_ < frame <= message.frame for frame, _ in places)
     lists = [[track.id for track in message.alive or []], [cycle.id for cycle in message.cycles]]

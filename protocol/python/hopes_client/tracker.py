@@ -1,9 +1,8 @@
 """Turns the messages of one subscription, or of a recording of one, into frames.
 
-In: the messages, in the order in which they came. Out: a `Frame` for each message that makes one.
-Invariants: each stream that is announced has one mirror, until it is closed; a mirror kept from before the connection
-was lost is gone on with only if the daemon says `Resumed`; tracks begin anew then. `ResyncNeeded` means that the streams have to be subscribed
-to again.
+In: messages in the order of arrival. Out: a `Frame` for each message that makes one. Invariants: each announced stream
+has one mirror until it is closed. A mirror from before a lost connection is used only if the daemon sends `Resumed`;
+its tracks start again. `ResyncNeeded` means that the streams must be subscribed to again.
 """
 
 from __future__ import annotations
@@ -20,7 +19,8 @@ from .track_mirror import TrackMirror
 class Tracker:
     """The mirrors of the streams of one subscription.
 
-    `kept` are mirrors that may be resumed. Unless all streams have to be `announced`, one that is not has no name.
+    `kept` are mirrors that may be resumed. If streams need not be `announced`, a stream without announcement has no
+    name.
     """
 
     def __init__(self, kept: Iterable[Mirror] = (), announced: bool = True) -> None:
@@ -31,11 +31,11 @@ class Tracker:
         self._takes_tracks = True
 
     def mirrors(self) -> dict[str, Mirror]:
-        """The mirror of each stream by its name, those kept and not resumed yet among them."""
+        """The mirror of each stream by its name, including kept ones that are not resumed yet."""
         return {**self._kept, **{mirror.name: mirror for mirror in self._mirrors.values()}}
 
     def take(self, message: Message, elapsed: float | None = None) -> Frame | None:
-        """The frame that the message makes, if it makes one."""
+        """The frame of a message. None if it makes none."""
         if isinstance(message, StreamOpened):
             self._mirrors[message.stream] = Mirror(message.name, message.epoch)
         elif isinstance(message, StreamClosed):
@@ -52,13 +52,13 @@ class Tracker:
         return None
 
     def forget_tracks(self, wanted: bool) -> None:
-        """Passes over what is told of tracks, until all of them are told of anew, or for good if that is not wanted."""
+        """Ignores tracks until the daemon has listed all of them again, or for good if they are not requested."""
         self._takes_tracks = wanted
         for mirror in self._mirrors.values():
             mirror.tracks = TrackMirror()
 
     def complete(self, frame: Frame, more: Dots | Tracks) -> None:
-        """Gives a frame what came right after it (see `more_of`)."""
+        """Adds to a frame what followed it directly (see `more_of`)."""
         if self._take_more(more):
             frame.renew(more.events if isinstance(more, Tracks) else [])
 
@@ -88,7 +88,7 @@ class Tracker:
         return Frame(mirror, message.frame, "diff", diff=message, lagged=lagged, elapsed=elapsed)
 
     def _more(self, message: Dots | Tracks, elapsed: float | None) -> Frame | None:
-        """A frame that has nothing new but dots or tracks."""
+        """A frame in which only dots or tracks are new."""
         if not self._take_more(message):
             return None
         mirror = self._mirror(message.stream)
@@ -97,7 +97,7 @@ class Tracker:
         return Frame(mirror, mirror.header, kind, track_events=events, elapsed=elapsed)
 
     def _take_more(self, message: Dots | Tracks) -> bool:
-        """Whether it is for us: what is told of tracks before all of them were told of is not."""
+        """Whether the message is handled. Tracks are not, until all of them were listed again."""
         mirror = self._mirror(message.stream)
         if mirror.header is None or message.frame > mirror.number:
             what = type(message).__name__.lower()
@@ -112,7 +112,7 @@ class Tracker:
 
 
 def more_of(message: Message, following: Message | None) -> Dots | Tracks | None:
-    """`following`, if it has dots or tracks of the frame that `message` leads to."""
+    """`following`, if it has dots or tracks of the frame of `message`."""
     if not isinstance(message, (Snapshot, Diff)) or not isinstance(following, (Dots, Tracks)):
         return None
     same = (following.stream, following.frame) == (message.stream, message.frame.number)

@@ -1,7 +1,7 @@
-"""What is told of tracks (section 9 of the specification): the types of which `WantTracks` and `Tracks` are made.
+"""The types of which `WantTracks` and `Tracks` are made (section 9 of the specification).
 
-In: numbers. Out: `TracksWanted`, `Track`, `TrackChanges`, `Happening`, `TrackEvent`, `TrackCycle`.
-Invariant: fields are declared in the order of the wire, and their hints are the only description of how they are written.
+In: numbers. Out: `TracksWanted`, `Track`, `TrackChanges`, `Happening`, `TrackEvent`, `TrackCycle`. Invariant: fields
+have the order of the wire, and their hints are the only definition of their encoding.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from .codec import F64, U64, Cases, Choice
 
 
 class TracksWanted(Choice):
-    """How much of the tracks is asked for."""
+    """What is sent of the tracks."""
 
     CASES: ClassVar[Cases] = {"No": (), "Events": (), "Alive": (), "Cycles": ()}
 
     @classmethod
     def of(cls, tracks: Optional[str]) -> TracksWanted:
-        """In the words of `Daemon.follow`: "events", "alive", "cycles", or none."""
+        """From the words of `Daemon.follow`: "events", "alive", "cycles", or none."""
         cases = {None: "No", "events": "Events", "alive": "Alive", "cycles": "Cycles"}
         if tracks not in cases:
             raise ValueError(f"tracks is 'events', 'alive', 'cycles' or None, not {tracks!r}")
@@ -28,10 +28,10 @@ class TracksWanted(Choice):
 
 @dataclass(frozen=True)
 class Track:
-    """A persistent cycle that is followed, as it was last told of.
+    """A persistent cycle in its last reported state.
 
-    `age` counts frames since it was first seen, both ends among them. `center` and `radius` are those of its hole,
-    which has the `area` at birth, islands left out; `velocity` is that of the centre, a frame.
+    `age` counts the frames from the first to the last in which it was seen. `center` and `radius` are those of its
+    hole. `area` is the hole's area at birth, without islands. `velocity` is the movement of the centre in one frame.
     """
 
     id: U64
@@ -52,7 +52,7 @@ class Track:
 
 @dataclass(frozen=True)
 class TrackChanges:
-    """What of a track has changed by more than the daemon was asked to tell."""
+    """Which values of a track have changed by more than the daemon's reporting threshold."""
 
     center: bool
     birth: bool
@@ -64,7 +64,7 @@ class TrackChanges:
 
 
 class Happening(Choice):
-    """What has happened to a track."""
+    """The kind of an event of a track."""
 
     CASES: ClassVar[Cases] = {
         "Born": (),
@@ -78,23 +78,23 @@ class Happening(Choice):
 
     @property
     def begins(self) -> bool:
-        """Whether the track begins with it."""
+        """Whether the track begins with this event."""
         return self.case in ("Born", "Split")
 
     @property
     def ends(self) -> bool:
-        """Whether the track ends with it."""
+        """Whether the track ends with this event."""
         return self.case in ("Merged", "Died")
 
     @property
     def other(self) -> int | None:
-        """The track that this one was split from or merged into, if it was."""
+        """The track from which this one split, or into which it merged, if any."""
         return self.values[0] if self.case in ("Split", "Merged") else None
 
 
 @dataclass(frozen=True)
 class TrackEvent:
-    """Something that has happened to a track, in a frame; `track` is as it was then."""
+    """An event of a track. `track` is the state after the event."""
 
     frame: U64
     time: Optional[F64]
@@ -104,7 +104,7 @@ class TrackEvent:
 
 @dataclass(frozen=True)
 class TrackCycle:
-    """Closed walks along vertices around a track's hole: the outer one, then those around islands in it."""
+    """Closed walks along vertices around a track's hole: the outer one, then those around islands in the hole."""
 
     id: U64
     walks: list[list[U64]]

@@ -1,8 +1,8 @@
-"""Banners and outer frames: what is the same for every message.
+"""Banners and frames: the part that is the same for every message.
 
-In: bytes as they come, in pieces of any size. Out: `Banner`, `RawFrame` (whose body is still bytes), and both as bytes.
-Invariants: nothing is kept but what was received; a length is checked against the cap before its body is waited for;
-incomplete, malformed, of an unsupported version and too large are errors of their own.
+In: bytes, in pieces of any size. Out: `Banner`, `RawFrame` (with an encoded body), and both as bytes. Invariants: only
+received bytes are stored. A length is compared with the limit before its body is waited for. Incomplete, malformed,
+unsupported and too large are different errors.
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ def _sealed(data: Buffer) -> bytes:
 
 @dataclass(frozen=True)
 class Banner:
-    """The lowest and the highest protocol version that one side speaks."""
+    """The lowest and the highest protocol version of a side."""
 
     lowest: int = LOWEST_VERSION
     highest: int = HIGHEST_VERSION
 
     def encode(self) -> bytes:
-        """The 20 bytes."""
+        """The 20 bytes of the banner."""
         return _sealed(_BANNER.pack(_BANNER_MAGIC, self.lowest, self.highest, 0))
 
     @classmethod
     def decode(cls, data: Buffer) -> Banner:
-        """The banner that `data` begins with: `Incomplete` or `Malformed` if there is none."""
+        """Reads the banner at the beginning of `data`. Raises `Incomplete` or `Malformed`."""
         if len(data) < BANNER_SIZE:
             raise Incomplete(BANNER_SIZE - len(data))
         head = bytes(data[: _BANNER.size])
@@ -60,7 +60,7 @@ class Banner:
         return cls(lowest, highest)
 
     def agree(self, other: Banner) -> int:
-        """The highest version that both sides speak: `VersionMismatch` if there is none."""
+        """The highest version that both sides support. Raises `VersionMismatch` if there is none."""
         version = min(self.highest, other.highest)
         if version < max(self.lowest, other.lowest):
             raise VersionMismatch(
@@ -72,7 +72,7 @@ class Banner:
 
 @dataclass(frozen=True)
 class RawFrame:
-    """An outer frame whose CRCs are right."""
+    """A frame with correct CRCs."""
 
     version: int
     type: int
@@ -81,13 +81,13 @@ class RawFrame:
 
 
 def pack_frame(type: int, channel: int, body: Buffer, version: int = HIGHEST_VERSION) -> bytes:
-    """A whole outer frame."""
+    """A whole frame."""
     header = _sealed(_HEADER.pack(_FRAME_MAGIC, version, type, channel, len(body)))
     return b"".join((header, body, _CRC.pack(crc32c(body))))
 
 
 def parse_frame(data: Buffer, version: int = HIGHEST_VERSION, largest: int = LARGEST_FRAME) -> tuple[RawFrame, int]:
-    """The outer frame that `data` begins with, and how many bytes it takes.
+    """Reads the frame at the beginning of `data`. Returns it and its length.
 
     Raises `Incomplete`, `Malformed`, `UnsupportedVersion` or `TooLarge`.
     """
@@ -113,24 +113,24 @@ def parse_frame(data: Buffer, version: int = HIGHEST_VERSION, largest: int = LAR
 
 
 class FrameBuffer:
-    """Takes bytes in pieces and gives banners and frames."""
+    """Finds banners and frames in a stream of bytes."""
 
     def __init__(self, largest: int = LARGEST_FRAME) -> None:
         self._largest = largest
         self._data = bytearray()
-        # As long as fewer bytes than this are there, nothing can be complete.
+        # With fewer bytes than this nothing can be complete.
         self._needed = 0
 
     def __len__(self) -> int:
-        """How many bytes wait for more."""
+        """The number of bytes that are not decoded yet."""
         return len(self._data)
 
     def feed(self, data: Buffer) -> None:
-        """Takes the next bytes."""
+        """Appends received bytes."""
         self._data += data
 
     def next_banner(self) -> Banner | None:
-        """The banner, if all of it is here."""
+        """The banner, if it is complete."""
         try:
             banner = Banner.decode(self._data)
         except Incomplete:
@@ -139,7 +139,7 @@ class FrameBuffer:
         return banner
 
     def next_frame(self, version: int) -> RawFrame | None:
-        """The next frame, if all of it is here."""
+        """The next frame, if it is complete."""
         if len(self._data) < self._needed:
             return None
         try:

@@ -1,1 +1,1 @@
-"""Tests of hopes_client, with nothing but the standard library."""
+"""Tests of hopes_client. They need only the standard library."""

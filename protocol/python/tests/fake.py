@@ -1,7 +1,7 @@
-"""The other end of a connection, played by a script in a thread.
+"""A scripted daemon in a thread.
 
-In: a script, a function of a `Fake`. Out: a `Connection` or `Daemon` that talks to it.
-Invariants: what goes wrong in a script fails the test that runs it; nothing waits for longer than `PATIENCE` seconds.
+In: a script: a function of a `Fake`. Out: a `Connection` or `Daemon` that is connected to it. Invariants: an error in a
+script fails its test. No wait is longer than `TIMEOUT` seconds.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from hopes_client.connection import Connection, Options
 from hopes_client.daemon import Daemon
 from hopes_client.wire import BANNER_SIZE, HIGHEST_VERSION, Banner, FrameBuffer, pack_frame
 
-PATIENCE = 5.0
+TIMEOUT = 5.0
 WELCOME = m.Welcome("fake", [], 77, 1 << 20, 100, 1000, 60_000)
 
 
 class Fake:
-    """One connection, as a daemon sees it that speaks `version` and all before."""
+    """One connection, seen from a daemon that supports `version` and all before."""
 
     def __init__(self, connected: socket.socket, version: int = HIGHEST_VERSION) -> None:
         self.version = version
         self.socket = connected
-        self.socket.settimeout(PATIENCE)
+        self.socket.settimeout(TIMEOUT)
         self._buffer = FrameBuffer()
 
     def read_banner(self) -> Banner:
@@ -56,14 +56,14 @@ class Fake:
             self._read()
 
     def receive(self, channel: int, kind: type) -> Any:
-        """The next message, which has to be of this kind."""
+        """The next message, which must be of this type."""
         its_channel, message = self.next()
         assert isinstance(message, kind), message
         assert its_channel == channel, its_channel
         return message
 
     def serve_goodbye(self) -> None:
-        """Waits for the goodbye, whatever comes before."""
+        """Waits for `Goodbye`. Other messages before it are ignored."""
         while not isinstance(self.next()[1], m.Goodbye):
             pass
 
@@ -87,7 +87,7 @@ class Stage:
         self.failures: list[Exception] = []
 
     def dial(self) -> socket.socket:
-        """A socket at the other end of which the next script plays."""
+        """A socket that is connected to the next script."""
         if not self._scripts:
             raise ConnectionRefusedError("there is no script for this connection")
         script = self._scripts.pop(0)
@@ -98,9 +98,9 @@ class Stage:
         return ours
 
     def join(self) -> None:
-        """Waits for the scripts and raises what went wrong in them."""
+        """Waits for the scripts and raises their errors."""
         for thread in self._threads:
-            thread.join(PATIENCE)
+            thread.join(TIMEOUT)
             if thread.is_alive():
                 raise AssertionError("a script did not end")
         if self.failures:
@@ -116,9 +116,9 @@ class Stage:
 
 @contextlib.contextmanager
 def connection(script: Script, **options: Any) -> Iterator[Connection]:
-    """A connection to a script that shakes hands itself."""
+    """A connection to a script that does the handshake itself."""
     stage = Stage(script)
-    made = Connection(stage.dial(), Options(timeout=PATIENCE, **options))
+    made = Connection(stage.dial(), Options(timeout=TIMEOUT, **options))
     try:
         yield made
     finally:
@@ -128,7 +128,7 @@ def connection(script: Script, **options: Any) -> Iterator[Connection]:
 
 @contextlib.contextmanager
 def daemon(*scripts: Script, version: int = HIGHEST_VERSION, **options: Any) -> Iterator[Daemon]:
-    """A `Daemon` on scripts that begin after the handshake, one for each connection that is made."""
+    """A `Daemon` on scripts that begin after the handshake, one for each connection."""
 
     def with_handshake(script: Script) -> Script:
         def play(fake: Fake) -> None:
@@ -138,7 +138,7 @@ def daemon(*scripts: Script, version: int = HIGHEST_VERSION, **options: Any) -> 
         return play
 
     stage = Stage(*map(with_handshake, scripts), version=version)
-    settings = Options(timeout=PATIENCE, **options)
+    settings = Options(timeout=TIMEOUT, **options)
     made = Daemon(lambda: Connection(stage.dial(), settings))
     try:
         yield made

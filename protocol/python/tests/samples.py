@@ -1,7 +1,7 @@
-"""One or more messages of every type, and small frames that fit together.
+"""Messages of every type, and small frames that fit together.
 
-In: nothing. Out: `MESSAGES`, `snapshot`, `diff`, `header`, `checksum`, `track`, `tracks`, `event`.
-Invariant: `checksum` is the function of the specification, letter by letter, not the one under test.
+In: nothing. Out: `MESSAGES`, `snapshot`, `diff`, `header`, `checksum`, `track`, `tracks`, `event`. Invariant:
+`checksum` is a literal copy of the specification's function, not the function under test.
 """
 
 from __future__ import annotations
@@ -60,7 +60,9 @@ def snapshot(number: int = 1, stream: int = 9, cause: str = "Start", view: View 
 
 
 def diff(number: int = 2, stream: int = 9, view: View = FULL) -> m.Diff:
-    """From `snapshot(number - 1)`: corner 1 goes, corner 4 comes, 2 moves, the critical edge gets another label."""
+    """From `snapshot(number - 1)`: removes corner 1, adds corner 4, moves corner 2, changes the critical edge's
+    label.
+    """
     vertices = [(0, 0.0, 0.0), (2, 2.5, 2.0), (3, 0.0, 2.0), (4, 3.0, 0.0)]
     edges = [(0, 3), (0, 4), (2, 4)]
     critical = [(2, 3, 1.25, 1.5)]

@@ -1,4 +1,4 @@
-"""Following streams: frames, dots, timeouts, resuming and reconnecting, against a daemon played by a script."""
+"""Consumers: frames, dots, timeouts, resuming and reconnecting, with a scripted daemon."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Subscribing(unittest.TestCase):
     def test_dots(self) -> None:
         self.assertEqual(self.asked_for(dots=hopes.Dots.top(10)).dots, hopes.Dots.top(10))
 
-    def test_views_that_cannot_be(self) -> None:
+    def test_invalid_views(self) -> None:
         for options in ({"full": True, "k": 1}, {"alpha": 1.0, "l": 1}, {"simplify": True}, {"k": 0}):
             with self.subTest(options=options), self.assertRaises(ValueError):
                 hopes.View.of(**options)
@@ -110,7 +110,7 @@ class Following(unittest.TestCase):
             self.assertEqual(set(subscription.mirrors()), {"lidar", "radar"})
             self.assertEqual(frames[1].vertices, frames[2].vertices)
 
-    def test_nothing_comes_in_time(self) -> None:
+    def test_timeout(self) -> None:
         def script(fake: Fake) -> None:
             fake.receive(1, m.Subscribe)
             fake.send(1, opened())
@@ -209,7 +209,7 @@ class TheDots(unittest.TestCase):
         self.assertEqual([(frame.kind, len(frame.dots)) for frame in frames], [("snapshot", 1), ("diff", 1)])
         self.assertEqual(frames[0].dots[0].center, (1.0, 1.0))
 
-    def test_those_of_the_last_frame_are_not_waited_for_long(self) -> None:
+    def test_dots_of_the_last_frame_are_not_waited_for_long(self) -> None:
         started = time.monotonic()
         self.assertEqual(self.follow(opened(), snapshot(), count=1)[0].dots, ())
         self.assertLess(time.monotonic() - started, 2.0)
@@ -218,7 +218,7 @@ class TheDots(unittest.TestCase):
         frames = self.follow(opened(), snapshot(), m.Heartbeat(9, 1), dots(1), count=2)
         self.assertEqual([(frame.kind, len(frame.dots)) for frame in frames], [("snapshot", 0), ("dots", 1)])
 
-    def test_a_frame_is_given_out_though_the_connection_is_lost_behind_it(self) -> None:
+    def test_a_frame_before_a_lost_connection_is_returned(self) -> None:
         def script(fake: Fake) -> None:
             fake.receive(1, m.Subscribe)
             fake.send(1, opened())
@@ -233,7 +233,7 @@ class TheDots(unittest.TestCase):
 
 class Resuming(unittest.TestCase):
     def mirror(self) -> hopes.Mirror:
-        """What a subscription held when its connection ended."""
+        """The mirror of a subscription whose connection has ended."""
         with daemon(sending(opened(), snapshot())) as made:
             subscription = made.follow("lidar")
             next(subscription)
@@ -271,7 +271,7 @@ class Resuming(unittest.TestCase):
 @mock.patch("hopes_client.consumer._SHORTEST_PAUSE", 0.01)
 class Reconnecting(unittest.TestCase):
     def vanish(self, fake: Fake) -> None:
-        """Vanishes behind a snapshot."""
+        """Closes the connection after a snapshot."""
         fake.receive(1, m.Subscribe)
         fake.send(1, opened())
         fake.send(1, snapshot())
@@ -294,7 +294,7 @@ class Reconnecting(unittest.TestCase):
             fake.send(0, m.Goodbye("shutting down", [("lidar", 1)]))
 
         def script(fake: Fake) -> None:
-            # Nothing is held of a stream that was closed.
+            # Nothing is kept of a stream that was closed.
             self.assertIsNone(fake.receive(1, m.Subscribe).resume)
             fake.send(1, opened(epoch=78))
             fake.send(1, snapshot())
@@ -304,14 +304,14 @@ class Reconnecting(unittest.TestCase):
             subscription = made.follow("lidar", reconnect=True)
             self.assertEqual([next(subscription).epoch, next(subscription).epoch], [77, 78])
 
-    def test_it_does_not_unless_asked_to(self) -> None:
+    def test_it_does_not_reconnect_by_default(self) -> None:
         with daemon(self.vanish) as made:
             subscription = made.follow("lidar")
             next(subscription)
             with self.assertRaises(hopes.ConnectionLost):
                 next(subscription)
 
-    def test_a_pattern_begins_anew(self) -> None:
+    def test_a_pattern_starts_again(self) -> None:
         def script(fake: Fake) -> None:
             self.assertIsNone(fake.receive(1, m.Subscribe).resume)
             fake.send(1, opened(stream=3))
@@ -344,7 +344,7 @@ class Reconnecting(unittest.TestCase):
                 next(subscription)
             self.assertLess(time.monotonic() - started, 2.0)
 
-    def test_what_does_not_fit_is_subscribed_to_again(self) -> None:
+    def test_a_diff_that_does_not_fit_causes_a_new_subscription(self) -> None:
         def script(fake: Fake) -> None:
             fake.receive(1, m.Subscribe)
             for message in (opened(), snapshot(), dataclasses.replace(diff(), checksum=0)):
@@ -360,7 +360,7 @@ class Reconnecting(unittest.TestCase):
             subscription = made.follow("lidar", reconnect=True)
             self.assertEqual([next(subscription).number, next(subscription).number], [1, 2])
 
-    def test_what_does_not_fit_is_told_unless_asked_to(self) -> None:
+    def test_a_diff_that_does_not_fit_is_an_error_by_default(self) -> None:
         with daemon(sending(opened(), snapshot(), dataclasses.replace(diff(), checksum=0))) as made:
             subscription = made.follow("lidar")
             next(subscription)

@@ -1,7 +1,7 @@
-"""The client and a real daemon.
+"""The client with a real daemon.
 
-In: the environment variable `HOPES_BIN`, the daemon's program; without it these tests are skipped.
-Invariant: every daemon that is started is ended, and its sockets are in a folder that goes with it.
+In: the environment variable `HOPES_BIN`, the daemon's program. Without it these tests are skipped. Invariant: every
+daemon is stopped, and its sockets are in a folder that is removed with it.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ import hopes_client as hopes
 from hopes_client import messages as m
 
 HOPES_BIN = os.environ.get("HOPES_BIN", "")
-# No single step takes longer; the daemon is started and ended in less.
-PATIENCE = 10.0
+# The longest time for one step. A daemon starts and stops in less.
+TIMEOUT = 10.0
 
 SQUARE = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)]
 
 
 class Process:
-    """A daemon in a folder of its own, that listens to a Unix and a TCP socket."""
+    """A daemon in its own folder, with a Unix and a TCP socket."""
 
     def __init__(self, folder: Path, *options: str) -> None:
         self._options = options
@@ -47,7 +47,7 @@ class Process:
         with self._log.open("ab") as log:
             command = [HOPES_BIN, "serve", "--listen", self.unix, "--listen", self.tcp, *self._options]
             self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + TIMEOUT
         while True:
             try:
                 for address in (self.unix, self.tcp):
@@ -60,17 +60,17 @@ class Process:
                 time.sleep(0.02)
 
     def terminate(self) -> None:
-        """Asks it to end."""
+        """Sends it SIGTERM."""
         assert self._process is not None
         self._process.send_signal(signal.SIGTERM)
 
     def wait(self) -> int:
-        """Waits until it has ended, and gives its exit code."""
+        """Waits until it has ended. Returns its exit code."""
         assert self._process is not None
-        return self._process.wait(PATIENCE)
+        return self._process.wait(TIMEOUT)
 
     def stop(self) -> None:
-        """Ends it, whatever state it is in."""
+        """Kills it in any state."""
         if self._process is None or self._process.poll() is not None:
             return
         self.terminate()
@@ -83,7 +83,7 @@ class Process:
 
 @contextlib.contextmanager
 def started(*options: str) -> Iterator[Process]:
-    """A daemon of one's own."""
+    """A daemon of the test's own."""
     with tempfile.TemporaryDirectory() as folder:
         process = Process(Path(folder), *options)
         process.start()
@@ -94,7 +94,7 @@ def started(*options: str) -> Iterator[Process]:
 
 
 def connect(address: str) -> hopes.Daemon:
-    return hopes.connect(address, timeout=PATIENCE)
+    return hopes.connect(address, timeout=TIMEOUT)
 
 
 def circle(seed: int, count: int = 60) -> list[tuple[float, float]]:
@@ -107,7 +107,7 @@ def circle(seed: int, count: int = 60) -> list[tuple[float, float]]:
 
 @unittest.skipUnless(HOPES_BIN, "HOPES_BIN is not set: there is no daemon to test against")
 class WithDaemon(unittest.TestCase):
-    """One daemon for all tests of a class; each test uses a stream named like itself."""
+    """One daemon for all tests of a class. Each test uses a stream with its own name."""
 
     process: Process
     _folder: tempfile.TemporaryDirectory[str]
@@ -130,17 +130,17 @@ class WithDaemon(unittest.TestCase):
         return daemon
 
     def follow(self, pattern: str = "", daemon: hopes.Daemon | None = None, **options: Any) -> hopes.Subscription:
-        return (daemon or self.daemon).follow(pattern or self.name, timeout=PATIENCE, **options)
+        return (daemon or self.daemon).follow(pattern or self.name, timeout=TIMEOUT, **options)
 
     def push(self, stream: hopes.Producer, points: list[tuple[float, float]]) -> int:
-        """A frame with these points more."""
+        """Sends a frame with these additional points."""
         answer = stream.send(points)
         frame = stream.commit()
         self.assertEqual(answer.accepted, len(points))
         return frame
 
     def frames_until(self, subscription: hopes.Subscription, last: int) -> list[hopes.Frame]:
-        """The frames up to the one with this number, each of which has to follow the one before, and be whole."""
+        """Returns the frames up to this number. Each must follow the previous one and be complete."""
         frames: list[hopes.Frame] = []
         while not frames or frames[-1].number < last:
             frame = next(subscription)
@@ -187,10 +187,10 @@ class Connections(WithDaemon):
             with self.subTest(name=name), self.assertRaises(hopes.DaemonError) as caught:
                 self.daemon.producer(name)
             self.assertEqual((caught.exception.code, caught.exception.answers), (5, m.Open.TYPE))
-        # The connection has gone on.
+        # The connection is still usable.
         self.assertEqual(len(self.daemon.list_streams(self.name)), 1)
 
-    def test_options_that_are_not_given_are_taken_as_they_are(self) -> None:
+    def test_missing_options_match_any(self) -> None:
         first = self.daemon.producer(self.name, window=hopes.Window.frames(3))
         second = self.daemon.producer(self.name)
         self.assertEqual((first.opened.created, second.opened.created), (True, False))
@@ -243,7 +243,7 @@ class Producing(WithDaemon):
 
     def test_time_window(self) -> None:
         stream = self.daemon.producer(self.name, window=hopes.Window.time(10.0))
-        # No time is known yet that a point without one could have.
+        # There is no newest time that a point without time could get.
         self.assertEqual([refusal.code for refusal in stream.send(SQUARE[:1]).wait().refused], [2])
         answer = stream.send(SQUARE[:2], times=[100.0, math.nan]).wait()
         self.assertEqual((answer.accepted, answer.refused[0].code), (1, 3))
@@ -273,7 +273,7 @@ class Producing(WithDaemon):
             second.commit()
         self.assertEqual(self.daemon.list_streams(self.name), [])
 
-    def test_a_stream_stays_when_its_producers_are_gone(self) -> None:
+    def test_a_stream_stays_when_its_producers_leave(self) -> None:
         with self.daemon.producer(self.name) as stream:
             self.push(stream, SQUARE)
         again = self.daemon.producer(self.name)
@@ -283,7 +283,7 @@ class Producing(WithDaemon):
 class Following(WithDaemon):
     def test_square(self) -> None:
         self.push(self.daemon.producer(self.name), SQUARE)
-        frame = next(self.follow(dots=hopes.Dots.all(), dots_wait=PATIENCE))
+        frame = next(self.follow(dots=hopes.Dots.all(), dots_wait=TIMEOUT))
         self.assertEqual((frame.kind, frame.cause, frame.number), ("snapshot", "Start", 1))
         self.assertEqual((frame.points, frame.positions, frame.components, frame.cycles), (4, 4, 1, 1))
         self.assertEqual((len(frame.vertices), len(frame.edges), len(frame.critical)), (4, 3, 1))
@@ -325,14 +325,14 @@ class Following(WithDaemon):
             with self.subTest(view=view):
                 frame = self.frames_until(subscription, 6)[-1]
                 self.assertEqual(frame.view, hopes.View.of(**view))
-                # The circle, and whatever small holes the full skeleton has.
+                # The circle, and any small holes of the full skeleton.
                 self.assertGreaterEqual(frame.cycles, 1)
                 self.assertEqual(frame.components, 1)
                 cycles = len(frame.edges) + len(frame.critical) - len(frame.vertices) + frame.components
                 self.assertEqual(cycles, frame.cycles)
                 if "simplify" in view:
                     self.assertFalse(frame.critical)
-                # Whoever comes now gets in one piece what the others got in several.
+                # A new consumer gets in one snapshot what the others got in several diffs.
                 with self.follow(daemon=consumers, **view) as fresh:
                     snapshot = next(fresh)
                     self.assertEqual(
@@ -355,7 +355,7 @@ class Following(WithDaemon):
             self.assertEqual(frame.diff.from_, number - 1)
             subscription.mirrors()[self.name].verify()
 
-    def test_before_the_stream_is_there(self) -> None:
+    def test_subscribing_before_the_stream_exists(self) -> None:
         subscription = self.follow()
         with self.assertRaises(hopes.TimedOut):
             subscription.next_frame(timeout=0.05)
@@ -383,7 +383,7 @@ class Following(WithDaemon):
         self.assertEqual(first.from_, 1)
         self.assertEqual(next(self.follow()).vertices, frames[-1].vertices)
 
-    def test_resume_in_another_life(self) -> None:
+    def test_resume_with_another_epoch(self) -> None:
         stream = self.daemon.producer(self.name)
         self.push(stream, SQUARE)
         subscription = self.follow()
@@ -426,7 +426,7 @@ class Following(WithDaemon):
 
     def test_dots_follow_the_frames(self) -> None:
         stream = self.daemon.producer(self.name, window=hopes.Window.frames(1))
-        subscription = self.follow(dots=hopes.Dots.top(1), dots_wait=PATIENCE)
+        subscription = self.follow(dots=hopes.Dots.top(1), dots_wait=TIMEOUT)
         for size in (2.0, 3.0, 4.0):
             number = self.push(stream, [(0.0, 0.0), (size, 0.0), (size, size), (0.0, size)])
             frame = next(subscription)
@@ -434,7 +434,7 @@ class Following(WithDaemon):
             self.assertAlmostEqual(frame.dots[0].birth, size / 2)
             self.assertAlmostEqual(frame.dots[0].death, size / math.sqrt(2))
 
-    def test_a_broken_connection_is_made_again(self) -> None:
+    def test_a_broken_connection_is_renewed(self) -> None:
         stream = self.daemon.producer(self.name)
         self.push(stream, SQUARE)
         consumer = self.another_connection()
@@ -456,7 +456,7 @@ class Ends(unittest.TestCase):
     def test_goodbye(self) -> None:
         with started() as process, connect(process.unix) as producer, connect(process.tcp) as consumer:
             self.push(producer, SQUARE)
-            subscription = consumer.follow("stream", timeout=PATIENCE, stop_when_closed=False)
+            subscription = consumer.follow("stream", timeout=TIMEOUT, stop_when_closed=False)
             self.assertEqual(next(subscription).number, 1)
             process.terminate()
             with self.assertRaises(hopes.DaemonClosed) as caught:
@@ -469,7 +469,7 @@ class Ends(unittest.TestCase):
             with connect(process.unix) as producer:
                 self.push(producer, SQUARE)
             with connect(process.unix) as consumer:
-                subscription = consumer.follow("stream", timeout=PATIENCE, reconnect=True)
+                subscription = consumer.follow("stream", timeout=TIMEOUT, reconnect=True)
                 first = next(subscription)
                 process.terminate()
                 self.assertEqual(process.wait(), 0)

@@ -1,8 +1,7 @@
-"""The client and a real daemon that follows tracks.
+"""The client with a real daemon that follows tracks.
 
-In: the environment variable `HOPES_BIN`, the daemon's program; without it, or if it speaks no version of the protocol that
-has tracks, these tests are skipped.
-Invariant: those of the tests of the daemon without tracks.
+In: the environment variable `HOPES_BIN`, the daemon's program. These tests are skipped without it, or if its protocol
+versions have no tracks. Invariants: as in `test_daemon`.
 """
 
 from __future__ import annotations
@@ -19,16 +18,16 @@ from hopes_client.connection import Connection
 from hopes_client.tracks import TracksWanted
 from hopes_client.wire import Banner
 
-from .test_daemon import HOPES_BIN, PATIENCE, SQUARE, Process, circle, connect, started
+from .test_daemon import HOPES_BIN, SQUARE, TIMEOUT, Process, circle, connect, started
 
 RING = circle(1)
-# A ring of radius 10 is a track after two frames, and none after three without it.
+# A ring of radius 10 becomes a track after two frames, and ends after three frames without it.
 OPTIONS = ("--track", "above:0.5", "--track-confirm", "2", "--track-miss", "3")
 
 
 @contextlib.contextmanager
 def spoken_to_in_version_1(process: Process) -> Iterator[hopes.Daemon]:
-    """A connection of a client that knows no higher version."""
+    """A connection of a client whose highest version is lower."""
     with mock.patch("hopes_client.connection.Banner", lambda: Banner(1, 1)), connect(process.unix) as daemon:
         yield daemon
 
@@ -56,10 +55,10 @@ class Tracks(unittest.TestCase):
     def follow(self, tracks: str) -> hopes.Subscription:
         daemon = connect(self.process.tcp)
         self.addCleanup(daemon.close)
-        return daemon.follow(self.name, tracks=tracks, timeout=PATIENCE)
+        return daemon.follow(self.name, tracks=tracks, timeout=TIMEOUT)
 
-    def told(self, subscription: hopes.Subscription, number: int) -> tuple[hopes.Frame, list[hopes.TrackEvent]]:
-        """The frame of which all tracks are known, and what has happened to tracks until then."""
+    def tracks_of(self, subscription: hopes.Subscription, number: int) -> tuple[hopes.Frame, list[hopes.TrackEvent]]:
+        """The first frame with this number and all tracks, and the events up to it."""
         events: list[hopes.TrackEvent] = []
         while True:
             frame = next(subscription)
@@ -73,13 +72,13 @@ class Tracks(unittest.TestCase):
         self.stream.send(RING)
         self.stream.commit()
 
-    def test_a_life(self) -> None:
+    def test_a_track_from_birth_to_death(self) -> None:
         subscription = self.follow("cycles")
         self.show()
-        frame, events = self.told(subscription, 1)
+        frame, events = self.tracks_of(subscription, 1)
         self.assertEqual((events, frame.tracks), ([], {}))
         self.assertEqual(self.stream.commit(time=2.5), 2)
-        frame, events = self.told(subscription, 2)
+        frame, events = self.tracks_of(subscription, 2)
         self.assertEqual([(event.frame, event.time, event.happening.case) for event in events], [(2, 2.5, "Born")])
         (track,) = frame.tracks.values()
         self.assertEqual((track, track.age, track.selected), (events[0].track, 2, True))
@@ -95,7 +94,7 @@ class Tracks(unittest.TestCase):
         self.assertEqual(self.stream.retract(RING).wait().accepted, len(RING))
         for number in (3, 4, 5):
             self.stream.commit()
-            frame, events = self.told(subscription, number)
+            frame, events = self.tracks_of(subscription, number)
             happened = [(event.frame, event.happening.case, event.track.id) for event in events]
             self.assertEqual(happened, [(5, "Died", track.id)] if number == 5 else [])
         self.assertEqual((frame.tracks, frame.track_cycles), ({}, {}))
@@ -104,29 +103,29 @@ class Tracks(unittest.TestCase):
         early, alive = self.follow("events"), self.follow("alive")
         for number in (1, 2):
             self.show() if number == 1 else self.stream.commit()
-            self.told(alive, number)
+            self.tracks_of(alive, number)
         late = self.follow("events")
-        frame, events = self.told(late, 2)
+        frame, events = self.tracks_of(late, 2)
         self.assertEqual((events, [track.age for track in frame.tracks.values()]), ([], [2]))
         self.stream.retract(RING).wait()
         for number in (3, 4, 5):
             self.stream.commit()
-            self.told(alive, number)
+            self.tracks_of(alive, number)
         for subscription, expected in ((early, ["Born", "Died"]), (late, ["Died"])):
-            _, events = self.told(subscription, 5)
+            _, events = self.tracks_of(subscription, 5)
             self.assertEqual([event.happening.case for event in events], expected)
             self.assertEqual(subscription.mirrors()[self.name].tracks.alive, {})
 
-    def test_asking_again(self) -> None:
+    def test_another_request(self) -> None:
         subscription = self.follow("alive")
         self.show()
-        self.told(subscription, 1)
+        self.tracks_of(subscription, 1)
         self.stream.commit()
-        frame, _ = self.told(subscription, 2)
+        frame, _ = self.tracks_of(subscription, 2)
         self.assertEqual((len(frame.tracks), frame.track_cycles), (1, {}))
         subscription.want_tracks("cycles")
         self.stream.commit()
-        frame, _ = self.told(subscription, 3)
+        frame, _ = self.tracks_of(subscription, 3)
         self.assertEqual((len(frame.tracks), frame.tracks.keys()), (1, frame.track_cycles.keys()))
         subscription.want_tracks(None)
         self.stream.commit()
@@ -137,19 +136,19 @@ class Tracks(unittest.TestCase):
     def test_another_view(self) -> None:
         subscription = self.follow("alive")
         self.show()
-        self.told(subscription, 1)
+        self.tracks_of(subscription, 1)
         self.stream.commit()
-        self.told(subscription, 2)
+        self.tracks_of(subscription, 2)
         subscription.change_view(k=1, l=1, simplify=True)
         self.stream.commit()
-        frame, events = self.told(subscription, 3)
+        frame, events = self.tracks_of(subscription, 3)
         self.assertEqual((events, [track.age for track in frame.tracks.values()]), ([], [3]))
         self.assertEqual(frame.view, hopes.View.of(k=1, l=1, simplify=True))
 
     def test_without_a_subscription(self) -> None:
         connection = self.daemon.connection
         with self.assertRaises(hopes.DaemonError) as caught:
-            connection.ask(connection.open_channel(), m.WantTracks(TracksWanted.of("alive")), m.Tracks, PATIENCE)
+            connection.ask(connection.open_channel(), m.WantTracks(TracksWanted.of("alive")), m.Tracks, TIMEOUT)
         self.assertEqual((caught.exception.code, caught.exception.answers), (3, m.WantTracks.TYPE))
 
     def test_a_client_of_version_1(self) -> None:
@@ -159,20 +158,20 @@ class Tracks(unittest.TestCase):
             self.assertEqual(older.connection.version, 1)
             with self.assertRaises(hopes.DaemonTooOld):
                 older.follow(self.name, tracks="alive")
-            subscription = older.follow(self.name, timeout=PATIENCE)
+            subscription = older.follow(self.name, timeout=TIMEOUT)
             frame = next(subscription)
             self.assertEqual((frame.number, len(frame.vertices)), (2, len(RING)))
             self.stream.commit()
             self.assertEqual(next(subscription).number, 3)
             connection = older.connection
             with mock.patch.object(Connection, "check_speaks"), self.assertRaises(hopes.DaemonError) as caught:
-                connection.ask(connection.open_channel(), m.WantTracks(TracksWanted.of("alive")), m.Tracks, PATIENCE)
+                connection.ask(connection.open_channel(), m.WantTracks(TracksWanted.of("alive")), m.Tracks, TIMEOUT)
             self.assertEqual((caught.exception.code, caught.exception.answers), (2, m.WantTracks.TYPE))
 
     def test_a_daemon_that_follows_none(self) -> None:
         with started() as plain, connect(plain.unix) as daemon:
             stream = daemon.producer(self.name)
-            subscription = daemon.follow(self.name, tracks="alive", timeout=PATIENCE)
+            subscription = daemon.follow(self.name, tracks="alive", timeout=TIMEOUT)
             with self.assertRaisesRegex(hopes.DaemonError, "--track") as caught:
                 next(subscription)
             self.assertEqual((caught.exception.code, caught.exception.answers), (9, m.WantTracks.TYPE))

@@ -1,4 +1,4 @@
-"""A connection: banner, handshake, pings, silence, goodbye, and what happens when the other side misbehaves."""
+"""Connections: banner, handshake, pings, timeouts, goodbye, and errors of the other side."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from hopes_client.wire import Banner, pack_frame
 
 from .fake import WELCOME, Fake, Stage, connection, daemon
 
-# So short that a test does not take long, so long that a busy machine keeps up.
+# Short enough for a quick test, long enough for a busy machine.
 SHORT_TIMEOUT = dataclasses.replace(WELCOME, timeout_ms=400)
 
 
 def idle(fake: Fake) -> None:
-    """Says nothing and waits for the goodbye."""
+    """Sends nothing and waits for `Goodbye`."""
     fake.serve_goodbye()
 
 
@@ -91,10 +91,10 @@ class Handshake(unittest.TestCase):
         error = self.failing(script, hopes.VersionMismatch)
         self.assertIn("3 to 4", str(error))
 
-    def test_something_else_answers(self) -> None:
+    def test_a_peer_that_is_no_daemon(self) -> None:
         self.failing(lambda fake: fake.socket.sendall(b"HTTP/1.1 400 Bad Request\r\n"), hopes.Malformed)
 
-    def test_nobody_answers(self) -> None:
+    def test_no_answer(self) -> None:
         finished = threading.Event()
         started = time.monotonic()
         self.failing(lambda fake: finished.wait(0.3), hopes.TimedOut, connect_timeout=0.1)
@@ -130,7 +130,7 @@ class Handshake(unittest.TestCase):
         assert isinstance(error, hopes.DaemonError)
         self.assertEqual(error.code, 13)
 
-    def test_nothing_else_comes_in_another_version(self) -> None:
+    def test_other_messages_in_another_version_are_errors(self) -> None:
         def script(fake: Fake) -> None:
             fake.read_banner()
             fake.socket.sendall(Banner(1, 2).encode())
@@ -139,7 +139,7 @@ class Handshake(unittest.TestCase):
 
         self.failing(script, hopes.UnsupportedVersion)
 
-    def test_no_error_comes_in_another_version_after_welcome(self) -> None:
+    def test_errors_in_another_version_after_welcome_are_errors(self) -> None:
         def script(fake: Fake) -> None:
             fake.shake_hands()
             error = m.Error(14, 0, "too slow")
@@ -148,11 +148,11 @@ class Handshake(unittest.TestCase):
         with connection(script) as made, self.assertRaises(hopes.UnsupportedVersion):
             made.receive(made.open_channel())
 
-    def test_an_older_daemon_is_spoken_to_in_its_version(self) -> None:
+    def test_the_version_of_an_older_daemon_is_used(self) -> None:
         def script(fake: Fake) -> None:
             fake.version = 1
             fake.shake_hands()
-            # A `Fake` reads no frames but those of its version.
+            # A `Fake` reads only frames of its version.
             fake.receive(1, m.ListStreams)
             fake.send(1, m.Streams([]))
             fake.receive(0, m.Goodbye)
@@ -161,7 +161,7 @@ class Handshake(unittest.TestCase):
             self.assertEqual(made.version, 1)
             self.assertEqual(made.ask(made.open_channel(), m.ListStreams("*"), m.Streams), m.Streams([]))
 
-    def test_a_message_that_an_older_daemon_does_not_know_is_not_sent(self) -> None:
+    def test_messages_that_an_older_daemon_does_not_have_are_not_sent(self) -> None:
         def script(fake: Fake) -> None:
             fake.version = 1
             fake.shake_hands()
@@ -199,7 +199,7 @@ class Addresses(unittest.TestCase):
             with self.subTest(address=address), self.assertRaises(ValueError):
                 open_socket(address, 1.0)
 
-    def test_nobody_listens(self) -> None:
+    def test_no_listener(self) -> None:
         with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
             warnings.simplefilter("error", ResourceWarning)
             with self.assertRaises(OSError):
@@ -232,7 +232,7 @@ class Pings(unittest.TestCase):
         with daemon(with_question) as made:
             self.assertEqual(made.list_streams(), [])
 
-    def test_a_silent_daemon_is_asked_once_and_then_given_up(self) -> None:
+    def test_a_silent_daemon_is_pinged_once_and_then_disconnected(self) -> None:
         pings: list[m.Message] = []
 
         def script(fake: Fake) -> None:
@@ -248,7 +248,7 @@ class Pings(unittest.TestCase):
         self.assertLess(0.35, time.monotonic() - started)
         self.assertEqual(len(pings), 1)
 
-    def test_a_daemon_that_answers_pings_is_waited_for(self) -> None:
+    def test_a_daemon_that_answers_pings_stays_connected(self) -> None:
         def script(fake: Fake) -> None:
             fake.shake_hands(SHORT_TIMEOUT)
             fake.receive(1, m.ListStreams)
@@ -272,7 +272,7 @@ class Pings(unittest.TestCase):
         with connection(script) as made, self.assertRaises(hopes.PeerSilent):
             made.receive(made.open_channel())
 
-    def test_nobody_waits_but_the_daemon_hears_something(self) -> None:
+    def test_pings_are_sent_while_the_connection_is_idle(self) -> None:
         heard = threading.Event()
 
         def script(fake: Fake) -> None:
@@ -288,7 +288,7 @@ class Pings(unittest.TestCase):
         with connection(script):
             self.assertTrue(heard.wait(5.0))
 
-    def test_a_forgotten_connection_ends_its_thread(self) -> None:
+    def test_a_dropped_connection_ends_its_thread(self) -> None:
         def script(fake: Fake) -> None:
             fake.shake_hands(dataclasses.replace(WELCOME, timeout_ms=80))
             with self.assertRaises(OSError):
@@ -326,13 +326,13 @@ class Misbehaviour(unittest.TestCase):
                     made.receive(channel)
             self.assertFalse(made.is_alive)
 
-    def test_bytes_that_are_no_frame(self) -> None:
+    def test_invalid_frames(self) -> None:
         self.ends_with(b"\0" * 20, hopes.Malformed)
         self.ends_with(pack_frame(3, 0, b"\1")[:-1] + b"\0", hopes.Malformed)
         self.ends_with(pack_frame(3, 0, b"\1", version=1), hopes.UnsupportedVersion)
         self.ends_with(pack_frame(3, 1, bytes(101)), hopes.TooLarge, largest_frame=100)
 
-    def test_what_has_no_place_on_channel_0(self) -> None:
+    def test_unexpected_messages_on_channel_0(self) -> None:
         self.ends_with(pack_frame(m.Streams.TYPE, 0, b"\0"), hopes.ProtocolError)
         self.ends_with(pack_frame(0x7777, 0, b""), hopes.BodyError)
         self.ends_with(pack_frame(m.Ping.TYPE, 0, b""), hopes.BodyError)
@@ -357,7 +357,7 @@ class Misbehaviour(unittest.TestCase):
                     made.list_streams()
             self.assertEqual(made.list_streams(), [])
 
-    def test_a_flood_for_a_channel_that_nobody_reads(self) -> None:
+    def test_a_flood_on_an_unread_channel(self) -> None:
         def script(fake: Fake) -> None:
             fake.receive(2, m.ListStreams)
             with self.assertRaises(OSError):
@@ -391,7 +391,7 @@ class Misbehaviour(unittest.TestCase):
 
         def script(fake: Fake) -> None:
             fake.shake_hands(dataclasses.replace(WELCOME, largest_frame=1 << 30))
-            # Writes all of its answer before it reads anything.
+            # It writes its whole answer before it reads anything.
             fake.send(1, m.Hello("x" * amount, []))
             self.assertEqual(len(fake.receive(1, m.ListStreams).pattern), amount)
             fake.serve_goodbye()
@@ -406,11 +406,11 @@ class Misbehaviour(unittest.TestCase):
 
 
 class Timeouts(unittest.TestCase):
-    def test_an_answer_that_does_not_come(self) -> None:
+    def test_an_answer_that_does_not_arrive(self) -> None:
         def script(fake: Fake) -> None:
             fake.receive(1, m.GetStatus)
             fake.receive(2, m.ListStreams)
-            # The answer to the first question comes when nobody waits for it any more.
+            # The answer to the first question arrives after the caller has stopped waiting.
             fake.send(1, m.Streams([]))
             fake.send(2, m.Streams([]))
             fake.serve_goodbye()
@@ -420,7 +420,7 @@ class Timeouts(unittest.TestCase):
                 made.status(timeout=0.05)
             self.assertEqual(made.list_streams(timeout=5.0), [])
 
-    def test_a_daemon_that_takes_nothing(self) -> None:
+    def test_a_daemon_that_reads_nothing(self) -> None:
         done = threading.Event()
         amount = 4_000_000
 
@@ -433,7 +433,7 @@ class Timeouts(unittest.TestCase):
 
         with connection(script) as made:
             channel = made.open_channel()
-            # It has its place in the line, though not all of it is sent.
+            # The message is queued, though only a part of it is sent.
             made.send(channel, m.ListStreams("x" * amount), timeout=0.05)
             with self.assertRaises(hopes.TimedOut):
                 made.send(channel, m.ListStreams("not sent"), timeout=0.05)
@@ -454,7 +454,7 @@ class Ends(unittest.TestCase):
             self.assertEqual(caught.exception.reason, "shutting down")
             self.assertEqual(caught.exception.streams, {"lidar": 12})
 
-    def test_what_came_before_the_goodbye_is_given_out(self) -> None:
+    def test_messages_before_the_goodbye_are_returned(self) -> None:
         def script(fake: Fake) -> None:
             fake.receive(1, m.ListStreams)
             fake.send(1, m.Streams([]))
@@ -490,7 +490,7 @@ class Ends(unittest.TestCase):
         reasons: list[str] = []
 
         def script(fake: Fake) -> None:
-            # What is still unread on the client's side must not destroy its goodbye.
+            # Unread data on the client's side must not destroy its goodbye.
             for _ in range(100):
                 fake.send(1, m.Streams([]))
             reasons.append(fake.receive(0, m.Goodbye).reason)
@@ -503,7 +503,7 @@ class Ends(unittest.TestCase):
                 made.list_streams()
         self.assertEqual(reasons, ["that is all"])
 
-    def test_a_failing_program_says_goodbye_too(self) -> None:
+    def test_a_failing_program_sends_goodbye_too(self) -> None:
         reasons: list[str] = []
 
         def script(fake: Fake) -> None:
@@ -513,7 +513,7 @@ class Ends(unittest.TestCase):
             raise ZeroDivisionError
         self.assertIn("ZeroDivisionError", reasons[0])
 
-    def test_a_daemon_that_does_not_close_is_not_waited_for_long(self) -> None:
+    def test_closing_does_not_wait_long_for_a_daemon(self) -> None:
         done = threading.Event()
 
         def script(fake: Fake) -> None:

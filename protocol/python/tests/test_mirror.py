@@ -1,4 +1,4 @@
-"""What a consumer holds: snapshots, diffs, their checksum, and frames."""
+"""The mirror: snapshots, diffs, their checksum, and frames."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .samples import (
 
 
 def held(mirror: Mirror) -> tuple[Any, ...]:
-    """All that a mirror holds, as a copy."""
+    """A copy of a mirror's content."""
     return (mirror.header, dict(mirror.vertices), set(mirror.edges), dict(mirror.critical), mirror.checksum)
 
 
@@ -48,7 +48,7 @@ class Contract(unittest.TestCase):
         self.mirror.apply_snapshot(snapshot())
 
     def refuse(self, change: m.Diff) -> None:
-        """The diff is refused, and nothing has changed."""
+        """Checks that the diff is refused and changes nothing."""
         before = held(self.mirror)
         with self.assertRaises(ResyncNeeded):
             self.mirror.apply_diff(change)
@@ -138,7 +138,7 @@ class Contract(unittest.TestCase):
         with self.assertRaises(ResyncNeeded):
             self.mirror.apply_snapshot(dataclasses.replace(snapshot(), edges=[(0, 1), (0, 1)]))
 
-    def test_a_change_from_outside_shows(self) -> None:
+    def test_a_change_from_outside_is_detected(self) -> None:
         self.mirror.vertices[0] = (1.0, 0.0)
         with self.assertRaises(ResyncNeeded):
             self.mirror.verify()
@@ -192,7 +192,7 @@ class Frames(unittest.TestCase):
         self.assertIsNone(more_of(m.Heartbeat(9, 1), dots(1)))
         self.tracker.complete(frame, dots(1))
         self.assertEqual((frame.dots[0].edge, frame.dots_total), ((2, 3), 1))
-        # They stay until the daemon sends others.
+        # Dots stay until the daemon sends others.
         self.assertEqual(self.take(diff()).dots, frame.dots)
         self.assertEqual(self.take(snapshot(7, cause="Lagged")).dots, frame.dots)
         self.assertEqual(self.take(snapshot(8, cause="CannotResume")).dots, ())
@@ -203,7 +203,7 @@ class Frames(unittest.TestCase):
         self.assertEqual((frame.kind, frame.number, len(frame.dots)), ("dots", 1, 1))
         self.assertEqual(len(frame.vertices), 4)
 
-    def test_what_does_not_fit(self) -> None:
+    def test_dots_that_do_not_fit(self) -> None:
         for message in (snapshot(stream=8), diff(stream=8), diff(), dots(1), m.Resumed(9, 1), m.Resumed(8, 1)):
             with self.subTest(message=message), self.assertRaises(ResyncNeeded):
                 self.tracker.take(message)

@@ -1,4 +1,4 @@
-"""Feeding a stream: batches, pipelining, answers, refusals."""
+"""Producers: batches, pipelining, answers, refusals."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def opening(script: Script) -> Script:
 
 
 def closing(fake: Fake, frame: int = 4) -> None:
-    """Answers `Close` and waits for the goodbye."""
+    """Answers `Close` and waits for `Goodbye`."""
     fake.receive(1, m.Close)
     fake.send(1, m.Closed(frame))
     fake.serve_goodbye()
@@ -48,7 +48,7 @@ class Packing(unittest.TestCase):
         self.assertEqual(bytes(pack_numbers(array("d", [1.0])).data), struct.pack("<d", 1.0))
         self.assertEqual(list_tags(range(3)), [0, 1, 2])
 
-    def test_what_is_no_pair(self) -> None:
+    def test_invalid_pairs(self) -> None:
         for points in ([(1.0,)], [(1.0, 2.0, 3.0)], [(1.0,), (1.0, 2.0, 3.0)]):
             with self.assertRaises(ValueError):
                 pack_points(points)
@@ -164,7 +164,7 @@ class Sending(unittest.TestCase):
             self.assertEqual(stream.unanswered, 0)
             made.close()
 
-    def test_only_so_many_messages_wait_for_their_answers(self) -> None:
+    def test_the_number_of_unanswered_messages_is_limited(self) -> None:
         first_answer = threading.Event()
 
         def script(fake: Fake) -> None:
@@ -193,7 +193,7 @@ class Sending(unittest.TestCase):
             self.assertEqual(stream.accepted, MOST_UNANSWERED + 1)
             made.close()
 
-    def test_answers_are_taken_as_they_come(self) -> None:
+    def test_answers_are_read_as_they_arrive(self) -> None:
         def script(fake: Fake) -> None:
             for _ in range(1000):
                 fake.send(1, m.Accepted(fake.receive(1, m.Batch).sequence, 4, []))
@@ -207,7 +207,7 @@ class Sending(unittest.TestCase):
             made.close()
             self.assertEqual(stream.accepted, 4000)
 
-    def test_refusals_that_are_kept_are_bounded(self) -> None:
+    def test_the_number_of_kept_refusals_is_bounded(self) -> None:
         def script(fake: Fake) -> None:
             for sequence in range(1, 4):
                 fake.receive(1, m.Batch)
@@ -251,7 +251,7 @@ class Failing(unittest.TestCase):
                 with self.assertRaises(hopes.DaemonError):
                     call()
 
-    def test_somebody_else_ends_the_stream(self) -> None:
+    def test_another_producer_ends_the_stream(self) -> None:
         def script(fake: Fake) -> None:
             fake.receive(1, m.Batch)
             fake.send(1, m.Accepted(1, 4, []))
@@ -268,7 +268,7 @@ class Failing(unittest.TestCase):
             with self.assertRaises(hopes.StreamEnded):
                 stream.send(CORNERS)
 
-    def test_a_stream_that_ended_while_nothing_was_unanswered_closes_quietly(self) -> None:
+    def test_closing_an_ended_stream_without_unanswered_messages_is_no_error(self) -> None:
         def script(fake: Fake) -> None:
             fake.send(1, m.Closed(8))
             fake.receive(2, m.ListStreams)
@@ -282,7 +282,7 @@ class Failing(unittest.TestCase):
             self.assertEqual(stream.close(), 8)
             made.close()
 
-    def test_an_answer_to_nothing(self) -> None:
+    def test_an_answer_without_a_message(self) -> None:
         for answer in (m.Accepted(7, 1, []), m.Committed(7, 1), m.Streams([]), m.Accepted(1, 1, [])):
 
             def script(fake: Fake, answer: m.Message = answer) -> None:
@@ -295,14 +295,14 @@ class Failing(unittest.TestCase):
                 with self.assertRaises(hopes.ProtocolError):
                     stream.commit()
 
-    def test_leaving_with_answers_missing_because_the_daemon_vanished(self) -> None:
+    def test_closing_with_answers_missing_is_an_error(self) -> None:
         def script(fake: Fake) -> None:
             fake.receive(1, m.Batch)
 
         with daemon(opening(script)) as made, self.assertRaises(hopes.ConnectionLost), made:
             made.producer("lidar").send(CORNERS)
 
-    def test_leaving_with_nothing_missing_when_the_daemon_has_gone(self) -> None:
+    def test_closing_without_answers_missing_is_no_error(self) -> None:
         def script(fake: Fake) -> None:
             fake.send(0, m.Goodbye("done", []))
 

@@ -1,4 +1,4 @@
-"""Reading recordings: whole ones, ones that were cut off, and files that are none."""
+"""Reading recordings: whole files, files that are cut off, and files that are not recordings."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Reading(unittest.TestCase):
 
 
 class NoRecordings(unittest.TestCase):
-    def test_files_that_are_none(self) -> None:
+    def test_files_that_are_not_recordings(self) -> None:
         for data, error in (
             (b"", hopes.Malformed),
             (b"HOPES", hopes.Malformed),
@@ -99,7 +99,7 @@ class NoRecordings(unittest.TestCase):
             with self.subTest(data=data), self.assertRaises(error):
                 read(data)
 
-    def test_a_path_that_is_none(self) -> None:
+    def test_a_missing_path(self) -> None:
         with tempfile.TemporaryDirectory() as folder, self.assertRaises(FileNotFoundError):
             hopes.read_recording(Path(folder) / "none")
 

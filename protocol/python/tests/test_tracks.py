@@ -1,4 +1,4 @@
-"""Tracks: what a consumer holds of them, and frames that carry them, against a daemon played by a script."""
+"""Tracks: the track mirror, and frames with tracks, with a scripted daemon."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hopes_client.track_mirror import TrackMirror
 from hopes_client.tracks import Happening, Track, TrackChanges, TrackCycle, TrackEvent, TracksWanted
 from hopes_client.wire import Banner, pack_frame
 
-from .fake import PATIENCE, Fake, Script, Stage, daemon
+from .fake import TIMEOUT, Fake, Script, Stage, daemon
 from .samples import diff, dots, event, header, opened, snapshot, track, tracks
 
 EVENTS, ALIVE, CYCLES = (TracksWanted.of(word) for word in ("events", "alive", "cycles"))
@@ -26,7 +26,7 @@ START = tracks(0, 1, alive=[track(1), track(2)], cycles={1: [[0, 1, 2]]})
 
 
 def held(mirror: TrackMirror) -> tuple[Any, ...]:
-    """All that a mirror holds."""
+    """The content of a mirror."""
     return mirror.number, mirror.time, dict(mirror.alive), dict(mirror.cycles)
 
 
@@ -36,7 +36,7 @@ class Contract(unittest.TestCase):
         self.mirror.apply(START)
 
     def refuse(self, message: m.Tracks, why: str) -> None:
-        """The message is refused, and nothing has changed."""
+        """Checks that the message is refused and changes nothing."""
         before = held(self.mirror)
         with self.assertRaisesRegex(ResyncNeeded, why):
             self.mirror.apply(message)
@@ -76,7 +76,7 @@ class Contract(unittest.TestCase):
         with self.assertRaises(ResyncNeeded):
             TrackMirror().apply(tracks(1, 2))
 
-    def test_events_that_cannot_be(self) -> None:
+    def test_invalid_events(self) -> None:
         changes = TrackChanges(True, False, False)
         for happened, why in (
             (event(2, 1, "Born"), "frame 2 track 1 begins, but is alive"),
@@ -134,7 +134,7 @@ class Contract(unittest.TestCase):
                 happened, next_id = random_events(source, frame, alive, next_id)
                 by_lists.apply(tracks(frame - 1, frame, tuple(happened), alive=[alive[id] for id in sorted(alive)]))
                 waiting += happened
-                # One that is slow, or has nothing to be told, hears of several frames at once.
+                # A slow consumer, or one that skips frames without events, gets several frames in one message.
                 if waiting and source.random() < 0.5:
                     by_events.apply(tracks(by_events.number, frame, tuple(waiting)))
                     waiting = []
@@ -145,13 +145,13 @@ class Contract(unittest.TestCase):
 def random_events(
     source: random.Random, frame: int, alive: dict[int, Track], next_id: int
 ) -> tuple[list[TrackEvent], int]:
-    """What happens in a frame, in order, of which `alive` is kept up."""
+    """The events of a frame in order. `alive` is updated."""
     events: list[TrackEvent] = []
     for id in sorted(alive):
         others = [other for other in sorted(alive) if other != id]
         choice = source.randrange(8)
         if choice == 0:
-            # The other one must go on in this frame, which is sure of those that had their turn.
+            # The other track must still be alive after this frame. That is certain for tracks that are done.
             into = [other for other in others if other < id]
             happening = Happening("Merged", (into[0],)) if into else Happening("Died")
             events.append(TrackEvent(frame, None, happening, alive.pop(id)))
@@ -173,7 +173,7 @@ def random_events(
 
 
 class Words(unittest.TestCase):
-    def test_happenings(self) -> None:
+    def test_kinds_of_events(self) -> None:
         for case, values, begins, ends, other in (
             ("Born", (), True, False, None),
             ("Split", (3,), True, False, 3),
@@ -185,7 +185,7 @@ class Words(unittest.TestCase):
             self.assertEqual((happening.begins, happening.ends, happening.other), (begins, ends, other))
         self.assertEqual(str(Happening("Updated", (TrackChanges(True, False, True),))), "Updated(center, death)")
 
-    def test_what_can_be_asked_for(self) -> None:
+    def test_words_for_tracks(self) -> None:
         self.assertEqual([TracksWanted.of(word).case for word in (None, "events")], ["No", "Events"])
         for word in ("all", "", "Events"):
             with self.assertRaises(ValueError):
@@ -193,7 +193,7 @@ class Words(unittest.TestCase):
 
 
 def telling(wanted: TracksWanted, *messages: m.Message) -> Script:
-    """Waits for a subscription that wants so much, sends these messages, and serves an unsubscription."""
+    """Waits for a subscription that asks for this much, sends these messages, and serves an unsubscription."""
 
     def play(fake: Fake) -> None:
         fake.receive(1, m.Subscribe)
@@ -222,7 +222,7 @@ class Following(unittest.TestCase):
             subscription = made.follow("lidar", tracks=wanted, **options)
             return [next(subscription) for _ in range(count)]
 
-    def test_nothing_is_asked_for_unless_it_is_wanted(self) -> None:
+    def test_tracks_are_not_requested_by_default(self) -> None:
         def script(fake: Fake) -> None:
             fake.receive(1, m.Subscribe)
             send(fake, opened(), snapshot())
@@ -277,7 +277,7 @@ class Following(unittest.TestCase):
         self.assertEqual([frame.track_events for frame in frames], [(), (), (), (died,)])
         self.assertEqual([sorted(frame.tracks) for frame in frames], [[], [1, 2], [1, 2], [2]])
 
-    def test_what_does_not_fit_is_told_behind_its_frame(self) -> None:
+    def test_tracks_that_do_not_fit_are_an_error_after_their_frame(self) -> None:
         wrong = tracks(5, 6)
         with daemon(telling(ALIVE, opened(), snapshot(), START, diff(), dataclasses.replace(wrong, frame=2))) as made:
             subscription = made.follow("lidar", tracks="alive")
@@ -285,7 +285,7 @@ class Following(unittest.TestCase):
             with self.assertRaises(ResyncNeeded):
                 next(subscription)
 
-    def test_tracks_of_a_frame_that_is_not_there(self) -> None:
+    def test_tracks_of_a_missing_frame(self) -> None:
         for messages in ((opened(), START), (opened(), snapshot(), tracks(0, 2, alive=[]))):
             with self.subTest(messages=messages), daemon(telling(ALIVE, *messages)) as made:
                 subscription = made.follow("lidar", tracks="alive")
@@ -306,7 +306,7 @@ class Following(unittest.TestCase):
 
     def test_a_daemon_that_is_too_old(self) -> None:
         def script(fake: Fake) -> None:
-            # Nothing is sent that it does not know, and no subscription is left behind.
+            # No unknown message is sent, and no subscription is left behind.
             fake.receive(1, m.Subscribe)
             send(fake, opened(), snapshot())
             fake.serve_goodbye()
@@ -319,17 +319,17 @@ class Following(unittest.TestCase):
             with self.assertRaises(hopes.DaemonTooOld):
                 subscription.want_tracks("alive")
 
-    def test_words_that_mean_nothing(self) -> None:
+    def test_unknown_words(self) -> None:
         with daemon(lambda fake: fake.serve_goodbye()) as made, self.assertRaises(ValueError):
             made.follow("lidar", tracks="all")
 
-    def test_asking_for_something_else(self) -> None:
+    def test_another_request(self) -> None:
         def script(fake: Fake) -> None:
             fake.receive(1, m.Subscribe)
             fake.receive(1, m.WantTracks)
             send(fake, opened(), snapshot(), START)
             self.assertEqual(fake.receive(1, m.WantTracks).tracks, EVENTS)
-            # The first of these was on its way when that was asked for.
+            # The first of these was in flight when the request was sent.
             send(fake, diff(), tracks(1, 2, alive=[track(1), track(2)]), tracks(0, 2, alive=[track(2)]))
             self.assertEqual(fake.receive(1, m.WantTracks).tracks, TracksWanted.of(None))
             send(fake, tracks(0, 2, alive=[track(2)]), still(3))
@@ -347,14 +347,14 @@ class Following(unittest.TestCase):
 
 
 def still(number: int) -> m.Diff:
-    """From the frame that `diff` leads to, or a later one: nothing changes."""
+    """A diff without changes from the frame of `diff`, or a later one."""
     nothing: dict[str, Any] = {"vertices_added": [], "vertices_removed": [], "edges_added": [], "edges_removed": []}
     return dataclasses.replace(diff(), from_=number - 1, frame=header(number), critical_set=[], **nothing)
 
 
 @mock.patch("hopes_client.consumer._SHORTEST_PAUSE", 0.01)
 class Reconnecting(unittest.TestCase):
-    def test_tracks_begin_anew(self) -> None:
+    def test_tracks_start_again(self) -> None:
         def vanishes(fake: Fake) -> None:
             fake.receive(1, m.Subscribe)
             fake.receive(1, m.WantTracks)
@@ -371,7 +371,7 @@ class Reconnecting(unittest.TestCase):
             shown = [(frame.kind, sorted(frame.tracks)) for frame in (next(subscription), next(subscription))]
             self.assertEqual(shown, [("snapshot", [1, 2]), ("diff", [2])])
 
-    def test_what_does_not_fit_is_subscribed_to_again(self) -> None:
+    def test_tracks_that_do_not_fit_cause_a_new_subscription(self) -> None:
         def script(fake: Fake) -> None:
             fake.receive(1, m.Subscribe)
             fake.receive(1, m.WantTracks)
@@ -388,7 +388,7 @@ class Reconnecting(unittest.TestCase):
             shown = [(frame.number, sorted(frame.tracks)) for frame in (next(subscription) for _ in range(3))]
             self.assertEqual(shown, [(1, [1, 2]), (2, [1, 2]), (2, [2])])
 
-    def test_an_older_daemon_is_not_tried_for_ever(self) -> None:
+    def test_an_older_daemon_is_not_retried_for_ever(self) -> None:
         def vanishes(fake: Fake) -> None:
             fake.shake_hands()
             fake.receive(1, m.Subscribe)
@@ -401,7 +401,7 @@ class Reconnecting(unittest.TestCase):
             fake.serve_goodbye()
 
         stage = Stage(vanishes, older)
-        made = hopes.Daemon(lambda: Connection(stage.dial(), hopes.Options(timeout=PATIENCE)))
+        made = hopes.Daemon(lambda: Connection(stage.dial(), hopes.Options(timeout=TIMEOUT)))
         subscription = made.follow("lidar", tracks="events", reconnect=True)
         next(subscription)
         with self.assertRaises(hopes.DaemonTooOld):

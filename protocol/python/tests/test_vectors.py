@@ -1,4 +1,4 @@
-"""The vectors of each protocol version: every message as bytes and as JSON, and bytes that are wrong.
+"""The vectors of each protocol version: every message as bytes and as JSON, and invalid bytes.
 
 In: the files of `protocol/vectors/v1` and `v2`. A folder without vectors is a failure.
 """
@@ -38,7 +38,7 @@ def vectors(version: int, folder: str = "") -> list[tuple[str, bytes, dict[str, 
 
 
 def messages(version: int) -> dict[str, m.Message]:
-    """What the vectors of a version say, by name."""
+    """The messages of the vectors of a version, by name."""
     frames = {name: parse_frame(raw, version)[0] for name, raw, _ in vectors(version) if name != "banner"}
     return {name: m.decode(frame.type, frame.body, version) for name, frame in frames.items()}
 
@@ -49,7 +49,7 @@ class Vectors(unittest.TestCase):
             types = {expected["type"] for _, _, expected in vectors(version)}
             new = {kind.__name__ for kind in m.BY_TYPE.values() if kind.SINCE == version}
             self.assertLessEqual({"Banner", *new}, types)
-            # One of an older version shows that its body is the same.
+            # One vector of an older version shows that its body is the same.
             self.assertLessEqual(len(types - {"Banner"} - new), version - 1)
 
     def test_every_vector_both_ways(self) -> None:

@@ -1,4 +1,4 @@
-"""Bytes: CRC, banner, outer frame, and bodies, with what is wrong in them kept apart."""
+"""Bytes: CRC, banner, frames and bodies, and their errors."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .samples import MESSAGES
 
 
 def slow_crc32c(data: bytes) -> int:
-    """Bit by bit."""
+    """CRC-32C, bit by bit."""
     crc = 0xFFFFFFFF
     for byte in data:
         crc ^= byte
@@ -63,7 +63,7 @@ class TheBanner(unittest.TestCase):
         head = bytes.fromhex("484f5045530d0a1a 0100 0300 deadbeef")
         self.assertEqual(Banner.decode(head + struct.pack("<I", crc32c(head))), Banner(1, 3))
 
-    def test_what_is_wrong_is_told_apart(self) -> None:
+    def test_errors_are_distinguished(self) -> None:
         good = Banner().encode()
         for length in range(len(good)):
             with self.assertRaises(Incomplete) as caught:
@@ -125,7 +125,7 @@ class OuterFrame(unittest.TestCase):
         with self.assertRaises(Malformed):
             parse_frame(self.broken(4, b"\x01\x00", mend_header=False))
 
-    def test_too_large_is_found_before_the_body_is_there(self) -> None:
+    def test_too_large_is_found_before_the_body_arrives(self) -> None:
         header = self.broken(12, b"\xff\xff\xff\xff")[:HEADER_SIZE]
         with self.assertRaises(TooLarge):
             parse_frame(header, largest=1000)
@@ -181,12 +181,12 @@ class Numbers(unittest.TestCase):
             with self.assertRaises(BodyError):
                 codec_of(hint).read(bytes.fromhex(raw), 0)
 
-    def test_a_longer_form_than_needed_is_refused(self) -> None:
+    def test_longer_forms_of_numbers_are_refused(self) -> None:
         for raw in ("fb0100", "fbfa00", "fcffff0000", "fdffffffff00000000"):
             with self.assertRaises(BodyError):
                 codec_of(U64).read(bytes.fromhex(raw), 0)
 
-    def test_marks_that_begin_no_number(self) -> None:
+    def test_invalid_marks_of_numbers(self) -> None:
         for raw in ("fe" + "00" * 16, "ff" + "00" * 16):
             with self.assertRaises(BodyError):
                 codec_of(U64).read(bytes.fromhex(raw), 0)
@@ -235,7 +235,7 @@ class Bodies(unittest.TestCase):
                         read = m.decode(message.TYPE, changed)
                     except BodyError:
                         continue
-                    # What is read has no other form.
+                    # There is no other encoding of the value.
                     self.assertEqual(bytes(m.encode(read)), changed)
 
     def test_known_bytes(self) -> None:
@@ -250,7 +250,7 @@ class Bodies(unittest.TestCase):
         with self.assertRaises(BodyError):
             m.decode(0x7777, b"")
 
-    def test_a_version_does_not_know_the_messages_of_a_later_one(self) -> None:
+    def test_a_version_does_not_have_messages_of_later_versions(self) -> None:
         later = {m.WantTracks, m.Tracks}
         for message in MESSAGES:
             body = bytes(m.encode(message))
@@ -261,7 +261,7 @@ class Bodies(unittest.TestCase):
                 self.assertEqual(m.decode(message.TYPE, body, 1), message)
         self.assertEqual({kind for kind in m.BY_TYPE.values() if kind.SINCE == 2}, later)
 
-    def test_counts_that_cannot_be(self) -> None:
+    def test_impossible_counts(self) -> None:
         huge = "fdffffffffffffffff"
         for kind, raw in (
             (m.ListStreams, huge),
@@ -276,7 +276,7 @@ class Bodies(unittest.TestCase):
             with self.subTest(kind=kind), self.assertRaisesRegex(BodyError, "do not fit"):
                 self.decode(kind, raw)
 
-    def test_what_is_no_value(self) -> None:
+    def test_invalid_values(self) -> None:
         for kind, raw in (
             (m.Close, "02"),
             (m.Commit, "0102"),
@@ -288,7 +288,7 @@ class Bodies(unittest.TestCase):
             with self.subTest(kind=kind, raw=raw), self.assertRaises(BodyError):
                 self.decode(kind, raw)
 
-    def test_windows_cuts_and_views_that_cannot_be(self) -> None:
+    def test_invalid_windows_cuts_and_views(self) -> None:
         for kind, raw in (
             (m.Open, "0161 01 01 00 00"),
             (m.Open, "0161 01 03 0000000000000000 00"),
@@ -308,7 +308,7 @@ class Bodies(unittest.TestCase):
             with self.assertRaises(ValueError):
                 make()
 
-    def test_numbers_in_lists_are_finite_unless_said_otherwise(self) -> None:
+    def test_numbers_in_lists_are_finite_unless_allowed(self) -> None:
         nan = math.nan
         batch = m.decode(m.Batch.TYPE, bytes(m.encode(m.Batch(1, [(nan, 1.0)], [math.inf], []))))
         self.assertTrue(math.isnan(batch.points[0][0]))

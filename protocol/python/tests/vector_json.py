@@ -1,9 +1,8 @@
-"""Test vectors: messages as JSON, beside their bytes.
+"""Test vectors: messages as JSON.
 
-In: a message class and JSON, or a message. Out: the one from the other.
-Invariant: `{…}` are objects, `(…)` arrays, options null or their value; a case without values is its name, one with a
-value `{name: value}`, one with several `{name: [values]}`. Numbers that JSON has not are strings as Python's `float`
-reads them.
+In: a message class and JSON, or a message. Out: the other. Invariant: `{…}` are objects, `(…)` are arrays, options are
+null or their value. A case without values is its name, one with a value is `{name: value}`, one with several is `{name:
+[values]}`. Numbers that JSON does not have are strings that Python's `float` reads.
 """
 
 from __future__ import annotations

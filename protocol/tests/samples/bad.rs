@@ -1,12 +1,16 @@
-//! Bytes that must be refused, and how: the samples behind `vectors/v1/bad` and `vectors/v2/bad`.
+//! Bytes that must give an error: the samples of `vectors/v1/bad` and `vectors/v2/bad`.
 //!
-//! In: a version. Out: bytes with the class of their error. Invariants: each is wrong in one respect alone, unless its text says otherwise, and read with this version agreed on and a
-//! cap of [`LARGEST_FRAME`](hopes_protocol::LARGEST_FRAME). Must not know: how they are read.
+//! In: a version. Out: bytes with the class of their error.
+//!
+//! Invariants: each sample has one error, unless its text says otherwise. It is read with this version agreed on and a
+//! limit of [`LARGEST_FRAME`](hopes_protocol::LARGEST_FRAME).
+//!
+//! Must not know: how they are read.
 
 use hopes_protocol::{Banner, HEADER, LARGEST_FRAME, Message, Ping, encode, header};
 use serde::{Deserialize, Serialize};
 
-/// What stands beside the bytes.
+/// The content of the JSON file of a bad vector.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refusal {
     pub error: String,
@@ -25,7 +29,7 @@ pub const TOO_LARGE: &str = "too large";
 pub const INCOMPLETE: &str = "incomplete";
 pub const BODY: &str = "body";
 
-/// Those that are wrong in a version.
+/// The samples that are wrong in a version.
 pub fn of(version: u16) -> Vec<Bad> {
     match version {
         1 => [malformed(), versions(), lengths(), incomplete(), ends(), hostile_lengths(), cases(), numbers(), texts()]
@@ -41,7 +45,7 @@ pub fn bad(name: &'static str, error: &str, why: &str, bytes: Vec<u8>) -> Bad {
     Bad { name, refusal: Refusal { error: error.into(), why: why.into() }, bytes }
 }
 
-/// A frame of version 1 whose outer part is right, whatever its body.
+/// A frame of version 1 with a correct header and CRC around any body.
 pub fn frame(kind: u16, body: &[u8]) -> Vec<u8> {
     frame_of(1, kind, body)
 }
@@ -52,7 +56,7 @@ pub fn frame_of(version: u16, kind: u16, body: &[u8]) -> Vec<u8> {
     [&header, body, &crc32c(body).to_le_bytes()].concat()
 }
 
-/// The CRC-32C of some bytes, as SPEC.md says, bit by bit.
+/// The CRC-32C by SPEC.md, bit by bit.
 pub fn crc32c(bytes: &[u8]) -> u32 {
     let step = |crc: u32, _| if crc & 1 == 1 { (crc >> 1) ^ 0x82F6_3B78 } else { crc >> 1 };
     !bytes.iter().fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
@@ -67,7 +71,7 @@ fn ping() -> Vec<u8> {
     encode(1, 0, &Message::from(Ping { token: 65_536 })).expect("it is short")
 }
 
-/// A ping with a byte of its header changed, and the header's CRC made to fit again.
+/// A ping with one byte of its header changed and the header's CRC corrected.
 fn ping_with(at: usize, byte: u8) -> Vec<u8> {
     let mut bytes = ping();
     bytes[at] = byte;
@@ -76,7 +80,7 @@ fn ping_with(at: usize, byte: u8) -> Vec<u8> {
     bytes
 }
 
-/// A ping with a bit changed and nothing else.
+/// A ping with one bit flipped.
 fn ping_flipped(at: usize) -> Vec<u8> {
     let mut bytes = ping();
     bytes[at] ^= 0x10;

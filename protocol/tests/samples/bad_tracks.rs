@@ -1,12 +1,13 @@
-//! Bytes that must be refused where version 2 was agreed on: the samples behind `vectors/v2/bad`.
+//! Bytes that must give an error if version 2 was agreed on: the samples of `vectors/v2/bad`.
 //!
-//! In: nothing. Out: bytes with the class of their error. Invariants and what it must not know: those of the module beside it, whose samples are as wrong in version 2, but for its versions.
+//! In: nothing. Out: bytes with the class of their error. Invariants and what it must not know: as in `bad`, whose
+//! samples, except those about versions, are wrong in version 2 too.
 
 use hopes_protocol::{Message, Ping, encode};
 
 use super::bad::{BODY, Bad, VERSION, bad, frame_of, long};
 
-/// All of them.
+/// All samples.
 pub fn all() -> Vec<Bad> {
     [versions(), ends(), hostile_lengths(), cases(), numbers()].into_iter().flatten().collect()
 }
@@ -25,7 +26,7 @@ fn track(selected: u8) -> Vec<u8> {
     [&[1, 1][..], &[0; 64], &[selected]].concat()
 }
 
-/// What follows one event of frame 12: no list of living tracks, and no cycles.
+/// The end of a message with one event of frame 12: no list of living tracks, and no cycles.
 const NOTHING_MORE: &[u8] = &[0, 0];
 
 fn versions() -> Vec<Bad> {

@@ -1,6 +1,7 @@
-//! Samples of the messages of the connection (SPEC.md, section 5), and of the one that only recordings have (section 8).
+//! Samples of the messages of the connection (SPEC.md, section 5), and of the one that occurs only in recordings
+//! (section 8).
 //!
-//! In: nothing. Out: samples. Invariants and what it must not know: those of the module above.
+//! In: nothing. Out: samples. Invariants and what it must not know: as in the parent module.
 
 use hopes_protocol::{
     Elapsed, ErrorCode, Goodbye, Hello, ListStreams, Ping, Pong, Report, Status, StatusWanted, StreamInfo,
@@ -77,7 +78,7 @@ fn lists() -> Vec<Sample> {
     ]
 }
 
-/// One with each window.
+/// One stream with each kind of window.
 fn infos() -> Vec<StreamInfo> {
     let first = StreamInfo {
         stream: 1,

@@ -1,7 +1,9 @@
 //! Samples of the messages between a consumer and the daemon (SPEC.md, section 7).
 //!
-//! In: nothing. Out: samples. Invariants: `snapshot`, `diff` and `diff_onwards` are one story, and so are `diff_from_nothing` and `diff_merged`, as a client
-//! would be sent it; the checksums of all are right. Otherwise those of the module above.
+//! In: nothing. Out: samples.
+//!
+//! Invariants: `snapshot`, `diff` and `diff_onwards` are one sequence as a client would receive it, and so are
+//! `diff_from_nothing` and `diff_merged`. All checksums are right. Otherwise as in the parent module.
 
 use hopes_protocol::{
     Cause, ChangeView, Critical, Cut, Diff, Dot, Dots, DotsWanted, Edge, FrameInfo, Heartbeat, Lagged, Resume, Resumed,
@@ -11,7 +13,7 @@ use hopes_protocol::{
 use super::{Sample, checksum, sample};
 
 pub fn samples() -> Vec<Sample> {
-    [subscriptions(), streams(), snapshots(), story(), other_diffs(), merged(), dots(), notices()].concat()
+    [subscriptions(), streams(), snapshots(), sequence(), other_diffs(), merged(), dots(), notices()].concat()
 }
 
 const FULL: View = View { cut: Cut::Full, simplify: Simplify::No };
@@ -59,7 +61,7 @@ fn frame(number: u64, vertices: u64, components: u64, cycles: u64) -> FrameInfo 
     FrameInfo { number, time: None, points, vertices, rejected: 0, view: FULL, ds: None, vs: None, components, cycles }
 }
 
-/// A square with one diagonal too few, and a point of its own.
+/// A square with one diagonal, and an isolated point.
 fn square() -> (Vec<Vertex>, Vec<Edge>, Vec<Critical>) {
     let vertices = vec![(0, 0.0, 0.0), (1, 2.0, 0.0), (2, 2.0, 2.0), (3, 0.0, 2.0), (7, 10.0, -0.5)];
     (vertices, vec![(0, 1), (0, 3), (1, 2)], vec![(2, 3, 1.0, 1.4375)])
@@ -87,12 +89,12 @@ fn snapshots() -> Vec<Sample> {
     ]
 }
 
-/// A frame of nothing in a reduced view.
+/// A frame without elements in a reduced view.
 fn nothing() -> FrameInfo {
     FrameInfo { points: 0, view: REDUCED, time: Some(-0.0), ..frame(1, 0, 0, 0) }
 }
 
-/// A frame with numbers on the borders of the encoding.
+/// A frame with numbers at the borders of the encoding.
 fn borders() -> FrameInfo {
     FrameInfo {
         number: u64::MAX,
@@ -117,8 +119,8 @@ fn simplified() -> Snapshot {
     Snapshot { stream: 5, cause: Cause::ViewChanged, frame, vertices, edges, critical: vec![], checksum }
 }
 
-/// Goes on from `snapshot`: everything that a diff can say, then a frame in which nothing has changed.
-fn story() -> Vec<Sample> {
+/// Continues from `snapshot`: a diff with every kind of change, then a frame without changes.
+fn sequence() -> Vec<Sample> {
     let vertices = [(0, 0.0, 0.0), (1, 2.0, 0.0), (2, 2.5, 2.5), (3, 0.0, 2.0), (8, 1.0, 1.0)];
     let (edges, critical) = ([(0, 1), (0, 8), (3, 8)], [(1, 2, 1.25, 1.5), (2, 3, 1.125, 1.75)]);
     let proof = checksum(&vertices, &edges, &critical);
@@ -144,7 +146,7 @@ fn story() -> Vec<Sample> {
     vec![sample("diff", 11, diff), sample("diff_onwards", 11, onwards)]
 }
 
-/// A diff like this one in which nothing changes.
+/// A diff after this one, without changes.
 fn unchanged(diff: &Diff) -> Diff {
     Diff {
         vertices_added: vec![],
@@ -157,7 +159,7 @@ fn unchanged(diff: &Diff) -> Diff {
     }
 }
 
-/// From nothing to a vertex for each border of the encoding, and from there to nothing.
+/// A diff from nothing to one vertex for each border of the encoding, and one back to nothing.
 fn other_diffs() -> Vec<Sample> {
     let empty = Diff { stream: 250, from: 0, frame: frame(1, 0, 0, 0), checksum: 0, ..unchanged(&blank()) };
     let vertices: Vec<Vertex> = super::BORDERS.into_iter().zip(super::SPECIAL).map(|(id, at)| (id, at, -at)).collect();
@@ -192,7 +194,7 @@ fn blank() -> Diff {
     }
 }
 
-/// A recording that starts with a diff, and a diff that stands for several frames.
+/// A recording that starts with a diff, and a diff over several frames.
 fn merged() -> Vec<Sample> {
     let (vertices, edges, critical) = square();
     let begun = Diff {

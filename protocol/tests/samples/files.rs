@@ -1,17 +1,17 @@
-//! The folder of vectors: names, hexadecimal digits, and that nothing in it is ever overwritten.
+//! The folders of vectors: names, hexadecimal digits, and writing without overwriting.
 //!
-//! In: file names and texts. Out: the same. Must not know: what is in the files.
+//! In: file names and texts. Out: the same. Must not know: the content of the files.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where the vectors of a version are.
+/// The folder of the vectors of a version.
 pub fn folder(version: u16) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("vectors/v{version}"))
 }
 
-/// Where those are that must be refused.
+/// The folder of the bad vectors of a version.
 pub fn bad_folder(version: u16) -> PathBuf {
     folder(version).join("bad")
 }
@@ -24,7 +24,7 @@ pub fn names(folder: &Path) -> BTreeSet<String> {
     files.map(|file| file.file_name().into_string().expect("names are ASCII")).collect()
 }
 
-/// The names of all vectors in a folder, each of two files.
+/// The names of all vectors in a folder. Each vector has two files.
 pub fn vectors(folder: &Path) -> Vec<String> {
     names(folder).iter().filter_map(|name| name.strip_suffix(".hex")).map(String::from).collect()
 }
@@ -39,7 +39,7 @@ pub fn bytes(folder: &Path, name: &str) -> Vec<u8> {
     from_hex(&read(folder, &format!("{name}.hex")))
 }
 
-/// 64 digits a line.
+/// Hexadecimal digits, 64 in a line.
 pub fn hex(bytes: &[u8]) -> String {
     let line = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>() + "\n";
     bytes.chunks(32).map(line).collect()
@@ -51,10 +51,10 @@ pub fn from_hex(text: &str) -> Vec<u8> {
     pairs.map(|pair| u8::from_str_radix(pair, 16).expect("two hexadecimal digits")).collect()
 }
 
-/// Writes a file that is not there yet.
+/// Writes a file that does not exist yet.
 ///
 /// # Errors
-/// It is there and says something else: what was released once is never changed.
+/// The file exists with another content: a released vector never changes.
 pub fn write_once(path: &Path, text: &str) -> Result<(), String> {
     match fs::read_to_string(path) {
         Ok(there) if there == text => Ok(()),

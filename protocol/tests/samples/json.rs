@@ -1,11 +1,12 @@
-//! Messages as the JSON beside their bytes: `{"type": …, "number": …, "channel": …, "body": {…}}`.
+//! Messages as JSON: `{"type": …, "number": …, "channel": …, "body": {…}}`.
 //!
-//! In: a channel and a message, or JSON. Out: the other. Invariants: fields stand in the order of the wire. Must not know: files, bytes.
+//! In: a channel and a message, or JSON. Out: the other. Invariants: fields have the order of the wire. Must not know:
+//! files, bytes.
 
 use hopes_protocol::*;
 use serde::{Deserialize, Serialize};
 
-/// What stands in a file.
+/// The content of the JSON file of a vector.
 #[derive(Serialize, Deserialize)]
 pub struct Entry<T> {
     #[serde(rename = "type")]
@@ -15,7 +16,7 @@ pub struct Entry<T> {
     pub body: T,
 }
 
-/// What stands in a file of the banner.
+/// The content of the JSON file of a banner.
 #[derive(Serialize, Deserialize)]
 pub struct BannerEntry {
     #[serde(rename = "type")]
@@ -24,7 +25,7 @@ pub struct BannerEntry {
     pub highest: u16,
 }
 
-/// Pretty, with a line end.
+/// Indented JSON with a line end.
 pub fn pretty(value: &impl Serialize) -> String {
     serde_json::to_string_pretty(value).expect("it has no map whose keys are not text") + "\n"
 }

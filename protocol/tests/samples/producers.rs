@@ -1,6 +1,6 @@
 //! Samples of the messages between a producer and the daemon (SPEC.md, section 6).
 //!
-//! In: nothing. Out: samples. Invariants and what it must not know: those of the module above.
+//! In: nothing. Out: samples. Invariants and what it must not know: as in the parent module.
 
 use hopes_protocol::{
     Accepted, Batch, Close, Closed, Commit, Committed, Open, Opened, Overloaded, Policy, Refusal, RefusalCode, Refused,

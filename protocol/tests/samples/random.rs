@@ -1,8 +1,8 @@
-//! Random numbers that are the same at every run (SplitMix64).
+//! Random numbers that are the same in every run (SplitMix64).
 //!
 //! In: a seed. Out: numbers and bytes. Must not know: what they are for.
 
-/// A source of them.
+/// A generator.
 pub struct Random(u64);
 
 impl Random {
@@ -17,17 +17,17 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From 0 to `end` - 1.
+    /// A number from 0 to `end` - 1.
     pub fn below(&mut self, end: usize) -> usize {
         (self.word() % end as u64) as usize
     }
 
-    /// One of these.
+    /// A random element.
     pub fn pick<'a, T>(&mut self, of: &'a [T]) -> &'a T {
         &of[self.below(of.len())]
     }
 
-    /// Bytes of every kind; half of the time mostly small ones, which read as lengths and cases that can be.
+    /// Random bytes. Half of the time most of them are small, so that they are valid lengths and cases.
     pub fn bytes(&mut self, count: usize) -> Vec<u8> {
         let mask = if self.below(2) == 0 { 0xFF } else { 0x03 };
         let byte =

@@ -1,14 +1,17 @@
-//! Samples of the messages about tracks (SPEC.md, section 9), all of version 2, and one of version 1 in a frame of version 2.
+//! Samples of the messages about tracks (SPEC.md, section 9), all of version 2, and one message of version 1 in a frame
+//! of version 2.
 //!
-//! In: nothing. Out: samples. Invariants: `tracks_start`, `tracks` and `tracks_merged` are one story, and so are `tracks_start_events` and `tracks_events`, as a client would be sent it.
-//! Otherwise those of the module above.
+//! In: nothing. Out: samples.
+//!
+//! Invariants: `tracks_start`, `tracks` and `tracks_merged` are one sequence as a client would receive it, and so are
+//! `tracks_start_events` and `tracks_events`. Otherwise as in the parent module.
 
 use hopes_protocol::{Happening, Ping, Track, TrackChanges, TrackCycle, TrackEvent, Tracks, TracksWanted, WantTracks};
 
 use super::{BORDERS, SPECIAL, Sample, sample};
 
 pub fn samples() -> Vec<Sample> {
-    [wanted(), story(), events_alone(), nothing(), borders(), older()].concat()
+    [wanted(), sequence(), events_alone(), nothing(), borders(), older()].concat()
 }
 
 fn wanted() -> Vec<Sample> {
@@ -21,7 +24,7 @@ fn wanted() -> Vec<Sample> {
     ]
 }
 
-/// A large hole that stays, with a small one beside it.
+/// A large hole that stays. There is a small one beside it.
 fn large(age: u64) -> Track {
     let (center, velocity) = ((1.0, -2.5), (0.25, -0.125));
     Track { id: 1, age, birth: 0.75, death: 8.5, center, radius: 8.25, area: 226.5, velocity, selected: true }
@@ -32,7 +35,7 @@ fn small(age: u64, selected: bool) -> Track {
     Track { id: 2, age, birth: 0.5, death: 2.0, center, radius: 1.75, area: 12.25, velocity, selected }
 }
 
-/// What splits off.
+/// The hole that splits off.
 fn part(age: u64) -> Track {
     Track { id: 3, death: 3.5, center: (4.5, -2.0), radius: 3.25, area: 33.5, ..large(age) }
 }
@@ -45,8 +48,8 @@ fn updated(center: bool, birth: bool, death: bool) -> Happening {
     Happening::Updated(TrackChanges { center, birth, death })
 }
 
-/// Cycles and lists of all that are alive; the first message tells of everything.
-fn story() -> Vec<Sample> {
+/// Lists of living tracks and cycles. The first message lists everything.
+fn sequence() -> Vec<Sample> {
     let cycle = |id, walks: &[&[u64]]| TrackCycle { id, walks: walks.iter().map(|walk| walk.to_vec()).collect() };
     let start = Tracks {
         stream: 4,
@@ -93,7 +96,7 @@ fn story() -> Vec<Sample> {
     vec![sample("tracks", 11, onwards), sample("tracks_start", 11, start), sample("tracks_merged", 11, merged)]
 }
 
-/// Events alone, each the first one once.
+/// Events alone. Each kind of event occurs once.
 fn events_alone() -> Vec<Sample> {
     let start = Tracks {
         stream: 5,
@@ -111,10 +114,10 @@ fn events_alone() -> Vec<Sample> {
         Happening::Reselected,
         Happening::Died,
     ];
-    let told = |(frame, happening)| {
+    let numbered = |(frame, happening)| {
         event(frame, None, happening, Track { selected: happening != Happening::Unselected, ..large(frame - 248) })
     };
-    let events: Vec<TrackEvent> = (251..).zip(ones).map(told).collect();
+    let events: Vec<TrackEvent> = (251..).zip(ones).map(numbered).collect();
     let together = Tracks { from: 250, frame: 255, events: events.clone(), alive: None, ..start.clone() };
     let alone = |name: &'static str, from: u64, event: TrackEvent| {
         sample(name, 0xFFFF, Tracks { from, frame: event.frame, events: vec![event], ..together.clone() })
@@ -134,7 +137,7 @@ fn events_alone() -> Vec<Sample> {
     ]
 }
 
-/// Lists that are empty, in every way.
+/// Empty lists of every kind.
 fn nothing() -> Vec<Sample> {
     let none = Tracks {
         stream: u32::MAX,
@@ -156,7 +159,7 @@ fn nothing() -> Vec<Sample> {
     ]
 }
 
-/// Numbers on the borders of the encoding, and special ones.
+/// Numbers at the borders of the encoding, and special numbers.
 fn borders() -> Vec<Sample> {
     let [a, b, c, d, e, f, g, h] = SPECIAL;
     let odd = |(id, age): (u64, u64)| Track {
@@ -177,7 +180,7 @@ fn borders() -> Vec<Sample> {
     vec![sample("tracks_borders", 0x0102_0304, tracks)]
 }
 
-/// Bodies of messages that version 1 has are the same; their frames say version 2.
+/// A message of version 1 in a frame of version 2. Its body is the same.
 fn older() -> Vec<Sample> {
     vec![Sample { version: 2, ..sample("ping", 0, Ping { token: 251 }) }]
 }

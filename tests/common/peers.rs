@@ -1,7 +1,10 @@
-//! A real daemon and those who use it, in few words: `let daemon = Daemon::start(""); let mut cam = daemon.producer("cam"); cam.frame(&points);`.
+//! A real daemon with producers and consumers, in few words: `let daemon = Daemon::start(""); let mut cam =
+//! daemon.producer("cam"); cam.frame(&points);`.
 //!
-//! In: options of `hopes serve`, points. Out: frames, proved by mirrors. Invariants: a producer checks that its answers fit what it has sent, a consumer that every frame starts
-//! from the one before and is what it should be.
+//! In: options of `hopes serve`, points. Out: frames, verified by mirrors.
+//!
+//! Invariants: a producer checks that answers fit what it has sent. A consumer checks that every frame starts from the
+//! previous one and has the right content.
 
 use std::path::PathBuf;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -16,7 +19,7 @@ use super::client::{Client, brief};
 use super::process::{Finished, Running, hopes};
 use super::random::Random;
 
-/// Between the frames of those who are there beside others.
+/// The pause between the frames of a pair that runs beside a test.
 const PAUSE: Duration = Duration::from_millis(5);
 
 pub type Point = (f64, f64);
@@ -31,19 +34,19 @@ pub fn points(random: &mut Random, count: usize) -> Vec<Point> {
 
 // ---- the daemon
 
-/// A daemon at work on a socket of its own.
+/// A running daemon with a socket of its own.
 pub struct Daemon {
     pub running: Running,
     pub address: String,
-    /// Holds the socket.
+    /// The folder of the socket.
     pub folder: TempDir,
 }
 
 impl Daemon {
-    /// With options of `serve` besides its socket.
+    /// Starts it with options of `serve` besides its socket.
     pub fn start(options: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let mut running = serve_at(&socket_in(&folder)).and(options).and(&patience(options)).start();
+        let mut running = serve_at(&socket_in(&folder)).and(options).and(&timeout(options)).start();
         let address = listening(&mut running);
         Self { running, address, folder }
     }
@@ -51,21 +54,21 @@ impl Daemon {
     /// The same over TCP.
     pub fn over_tcp(options: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let mut running = hopes("serve --listen tcp:127.0.0.1:0").and(options).and(&patience(options)).start();
+        let mut running = hopes("serve --listen tcp:127.0.0.1:0").and(options).and(&timeout(options)).start();
         let address = listening(&mut running);
         Self { running, address, folder }
     }
 
-    /// Its socket.
+    /// The path of its socket.
     pub fn socket(&self) -> PathBuf {
         socket_in(&self.folder)
     }
 
     pub fn client(&self) -> Client {
-        Client::greeted(&self.address)
+        Client::with_hello(&self.address)
     }
 
-    /// A producer of a stream with whatever options it has.
+    /// A producer of a stream. The stream's options are kept as they are.
     pub fn producer(&self, name: &str) -> Producer {
         Producer::open(self.client(), open(name))
     }
@@ -79,21 +82,21 @@ impl Daemon {
         self.client().status()
     }
 
-    /// How a stream is.
+    /// The status of a stream.
     pub fn stream(&self, name: &str) -> StreamStatus {
         let status = self.status();
         status.streams.into_iter().find(|stream| stream.info.name == name).expect("the stream is there")
     }
 
-    /// Ends it politely: no thread of it may have panicked, and all is done in good order.
+    /// Stops it with a signal. No thread may have panicked, and the exit must be clean.
     pub fn stop(self) -> Finished {
         self.running.signal(Signal::TERM);
-        is_fine(self.running.ends())
+        assert_clean_exit(self.running.ends())
     }
 }
 
-/// Signs of life so seldom that nothing comes with them that was forgotten: what is not sent when it is due is missed.
-fn patience(options: &str) -> String {
+/// Long timeouts: a message that is not sent when it is due is not sent later by a heartbeat, so the test fails.
+fn timeout(options: &str) -> String {
     [("--heartbeat", "1000s"), ("--timeout", "8000s")]
         .iter()
         .filter(|(option, _)| !options.contains(option))
@@ -101,8 +104,8 @@ fn patience(options: &str) -> String {
         .collect()
 }
 
-/// It has ended in good order.
-pub fn is_fine(finished: Finished) -> Finished {
+/// Checks for a clean exit.
+pub fn assert_clean_exit(finished: Finished) -> Finished {
     assert!(!finished.err.contains("panicked") && !finished.err.contains("by itself"), "{}", finished.err);
     assert_eq!(finished.code, Some(0), "{}", finished.err);
     finished
@@ -112,12 +115,12 @@ pub fn socket_in(folder: &TempDir) -> PathBuf {
     folder.path().join("socket")
 }
 
-/// A daemon at that socket, not started yet.
+/// A daemon at that socket, before it is started.
 pub fn serve_at(socket: &std::path::Path) -> super::process::Hopes {
     hopes("serve --listen").with(format!("unix:{}", socket.display()))
 }
 
-/// The next place where it says that it listens.
+/// The next address in the log at which it listens.
 pub fn listening(running: &mut Running) -> String {
     const WORDS: &str = "listening at ";
     let line = running.until_log(WORDS);
@@ -135,7 +138,7 @@ pub fn subscribe(pattern: &str, view: View) -> Subscribe {
 
 // ---- producers
 
-/// Feeds one stream on channel 1.
+/// Writes to one stream on channel 1.
 pub struct Producer {
     pub client: Client,
     pub opened: Opened,
@@ -152,7 +155,7 @@ impl Producer {
         }
     }
 
-    /// Sends a batch; its number.
+    /// Sends a batch. Returns its sequence number.
     pub fn batch(&mut self, points: &[Point]) -> u64 {
         self.sequence += 1;
         let sequence = self.sequence;
@@ -177,7 +180,7 @@ impl Producer {
 
     /// The next answer.
     pub fn answer(&mut self) -> Message {
-        self.client.hear_on(Self::CHANNEL)
+        self.client.receive_on(Self::CHANNEL)
     }
 
     pub fn is_committed(&mut self, sequence: u64) -> u64 {
@@ -192,7 +195,7 @@ impl Producer {
         assert_eq!(self.answer(), Message::Accepted(accepted));
     }
 
-    /// A frame with these points besides what is there; all are taken. Its number.
+    /// Sends a frame with these additional points, all of which must be accepted. Returns its number.
     pub fn frame(&mut self, points: &[Point]) -> u64 {
         let batch = self.batch(points);
         let commit = self.commit();
@@ -200,7 +203,7 @@ impl Producer {
         self.is_committed(commit)
     }
 
-    /// Ends the channel, or the stream too. Its last frame.
+    /// Closes the channel, and ends the stream if asked. Returns the stream's last frame.
     pub fn close(&mut self, end: bool) -> u64 {
         match self.client.ask(Self::CHANNEL, Close { end }) {
             Message::Closed(closed) => closed.frame,
@@ -223,7 +226,7 @@ pub struct Consumer {
 impl Consumer {
     pub const CHANNEL: u32 = 2;
 
-    /// Subscribes, and waits until the stream is there.
+    /// Subscribes and waits until the stream exists.
     pub fn subscribe(mut client: Client, subscribe: Subscribe) -> Self {
         match client.ask(Self::CHANNEL, subscribe) {
             Message::StreamOpened(opened) => Self { client, mirror: Mirror::new(), opened, dots: None },
@@ -231,9 +234,9 @@ impl Consumer {
         }
     }
 
-    /// The next message, which the mirror has followed if it is for it.
+    /// The next message. The mirror has applied it if it is a snapshot or diff.
     pub fn next(&mut self) -> Message {
-        let message = self.client.hear_on(Self::CHANNEL);
+        let message = self.client.receive_on(Self::CHANNEL);
         match &message {
             Message::Snapshot(snapshot) => self.mirror.apply_snapshot(snapshot).unwrap(),
             Message::Diff(diff) => self.mirror.apply_diff(diff).unwrap(),
@@ -246,7 +249,7 @@ impl Consumer {
         message
     }
 
-    /// Follows to a frame; what came on the way.
+    /// Reads until a frame. Returns the messages.
     pub fn follow_to(&mut self, frame: u64) -> Vec<Message> {
         let mut heard = Vec::new();
         while self.mirror.number() < frame {
@@ -256,8 +259,8 @@ impl Consumer {
         heard
     }
 
-    /// The next message is a diff of one frame.
-    pub fn is_told_of(&mut self, frame: u64) -> Diff {
+    /// Expects a diff of one frame.
+    pub fn expect_diff(&mut self, frame: u64) -> Diff {
         match self.next() {
             Message::Diff(diff) => {
                 assert_eq!((diff.from, diff.frame.number), (frame - 1, frame));
@@ -267,37 +270,37 @@ impl Consumer {
         }
     }
 
-    /// The next message is a snapshot for that reason.
-    pub fn is_shown(&mut self, cause: Cause) -> u64 {
+    /// Expects a snapshot with this cause.
+    pub fn expect_snapshot(&mut self, cause: Cause) -> u64 {
         match self.next() {
             Message::Snapshot(snapshot) if snapshot.cause == cause => snapshot.frame.number,
             other => panic!("a snapshot because of {cause:?} is due, not {}", brief(&other)),
         }
     }
 
-    /// The next messages, all diffs of one frame each, up to that frame.
-    pub fn is_told_of_all_to(&mut self, frame: u64) {
+    /// Expects diffs of one frame each, up to that frame.
+    pub fn expect_diffs_to(&mut self, frame: u64) {
         for number in self.mirror.number() + 1..=frame {
-            self.is_told_of(number);
+            self.expect_diff(number);
         }
     }
 }
 
-/// What a mirror holds, to be compared with another one's.
+/// The content of a mirror, for comparison with another mirror.
 pub fn held(mirror: &Mirror) -> impl PartialEq + std::fmt::Debug + use<> {
     (mirror.number(), mirror.vertices().clone(), mirror.edges().clone(), mirror.critical().clone(), mirror.checksum())
 }
 
 // ---- both
 
-/// A producer and a consumer who behave well, and are served well whatever others do.
-pub struct Pair {
+/// A producer and a consumer that behave well. They must be served well whatever other peers do.
+pub struct ProducerAndConsumer {
     pub producer: Producer,
     pub consumer: Consumer,
     random: Random,
 }
 
-impl Pair {
+impl ProducerAndConsumer {
     pub fn new(daemon: &Daemon, name: &str) -> Self {
         let mut pair = Self {
             producer: daemon.producer(name),
@@ -305,20 +308,20 @@ impl Pair {
             random: Random::new(name.len() as u64),
         };
         let frame = pair.producer.frame(&[(0.5, 0.5)]);
-        pair.consumer.is_shown(Cause::Start);
+        pair.consumer.expect_snapshot(Cause::Start);
         pair.consumer.follow_to(frame);
         pair
     }
 
-    /// A frame goes all the way.
+    /// One frame from the producer to the consumer.
     pub fn step(&mut self) {
         let points = points(&mut self.random, 5);
         let frame = self.producer.frame(&points);
-        self.consumer.is_told_of(frame);
+        self.consumer.expect_diff(frame);
     }
 
-    /// One frame after the other goes all the way, while something else happens.
-    pub fn beside<T>(daemon: &Daemon, happens: impl FnOnce() -> T) -> T {
+    /// Sends frame after frame from producer to consumer while something else runs.
+    pub fn while_serving<T>(daemon: &Daemon, happens: impl FnOnce() -> T) -> T {
         let (goes_on, is_over) = channel::<()>();
         let mut pair = Self::new(daemon, "beside");
         thread::scope(|scope| {

@@ -1,45 +1,45 @@
-//! Random scripts: a base of some size in one kind of place, then small steps, so that most frames are brought up to date vertex by
-//! vertex, and the great steps in between that need a rebuild.
+//! Random scripts: a base of some size, then small steps, so that most frames are updated vertex by vertex, and some
+//! large steps that need a rebuild.
 
 use proptest::prelude::*;
 use proptest::sample::Index;
 
-use super::clouds::{Ground, Point};
+use super::clouds::{Placement, Point};
 use super::model::{Kept, Model};
 use super::script::{Script, Step};
 
-/// What shall happen, in terms of what is there by then.
+/// A change, relative to the current points.
 #[derive(Clone, Debug)]
-enum Action {
-    /// New points.
-    Come(Vec<Point>),
-    /// New points, some with coordinates that no cloud takes.
-    ComeSpoilt(Vec<Point>),
-    /// Points from another kind of place: they leave a line.
+enum Change {
+    /// Inserts points.
+    Insert(Vec<Point>),
+    /// Inserts points, some of them with invalid coordinates.
+    InsertInvalid(Vec<Point>),
+    /// Inserts points of another kind of place. A line is no longer a line.
     Stray(Vec<Point>),
-    /// All strays go: a line is found again.
-    StraysGo,
-    /// Points on positions that are taken already.
-    Double(Vec<Index>),
-    /// Points that are there go.
-    Go(Vec<Index>),
-    /// Positions that were left are taken again.
-    Return(Vec<Index>),
-    /// Points that are there go, and come again: in the same frame, or `committed` in between.
-    GoAndReturn { which: Vec<Index>, committed: bool },
-    /// A retraction where no point is.
-    Miss(Point),
-    /// Everything is replaced.
+    /// Removes all strays. The rest may be a line again.
+    RemoveStrays,
+    /// Inserts points at positions that are in use.
+    Duplicate(Vec<Index>),
+    /// Removes points.
+    Remove(Vec<Index>),
+    /// Inserts points at positions that were left.
+    Restore(Vec<Index>),
+    /// Removes points and inserts them again, in the same frame or after a commit.
+    RemoveAndRestore { which: Vec<Index>, committed: bool },
+    /// Retracts a point that is not there.
+    RetractMissing(Point),
+    /// Replaces all points.
     Replace(Vec<Point>),
-    /// Everything goes.
-    Empty,
-    /// Event time moves on by so many halves.
-    Wait(u8),
+    /// Removes all points.
+    RemoveAll,
+    /// Advances the event time by a number of halves.
+    AdvanceTime(u8),
 }
 
-use Action::*;
+use Change::*;
 
-/// What follows an action.
+/// What follows a change.
 #[derive(Clone, Copy, Debug)]
 enum Then {
     Poll,
@@ -47,21 +47,21 @@ enum Then {
     Nothing,
 }
 
-fn action(ground: Ground) -> impl Strategy<Value = Action> {
+fn change(placement: Placement) -> impl Strategy<Value = Change> {
     let few = || prop::collection::vec(any::<Index>(), 1..5);
     prop_oneof![
-        8 => ground.points(1..7).prop_map(Come),
-        1 => ground.points(1..5).prop_map(ComeSpoilt),
-        2 => Ground::any().prop_flat_map(|other| other.points(1..4)).prop_map(Stray),
-        2 => Just(StraysGo),
-        3 => few().prop_map(Double),
-        6 => few().prop_map(Go),
-        2 => few().prop_map(Return),
-        3 => (few(), any::<bool>()).prop_map(|(which, committed)| GoAndReturn { which, committed }),
-        1 => ground.point().prop_map(Miss),
-        1 => ground.points(1..80).prop_map(Replace),
-        1 => Just(Empty),
-        2 => (0..6_u8).prop_map(Wait),
+        8 => placement.points(1..7).prop_map(Insert),
+        1 => placement.points(1..5).prop_map(InsertInvalid),
+        2 => Placement::any().prop_flat_map(|other| other.points(1..4)).prop_map(Stray),
+        2 => Just(RemoveStrays),
+        3 => few().prop_map(Duplicate),
+        6 => few().prop_map(Remove),
+        2 => few().prop_map(Restore),
+        3 => (few(), any::<bool>()).prop_map(|(which, committed)| RemoveAndRestore { which, committed }),
+        1 => placement.point().prop_map(RetractMissing),
+        1 => placement.points(1..80).prop_map(Replace),
+        1 => Just(RemoveAll),
+        2 => (0..6_u8).prop_map(AdvanceTime),
     ]
 }
 
@@ -80,19 +80,19 @@ fn kept() -> impl Strategy<Value = Kept> {
 
 /// Random scripts of any kind.
 pub fn scripts() -> impl Strategy<Value = Script> {
-    Ground::any().prop_flat_map(scripts_on)
+    Placement::any().prop_flat_map(scripts_on)
 }
 
-/// Random scripts in one kind of place.
-pub fn scripts_on(ground: Ground) -> impl Strategy<Value = Script> {
+/// Random scripts on one kind of place.
+pub fn scripts_on(placement: Placement) -> impl Strategy<Value = Script> {
     let resolution = prop_oneof![4 => Just(None), 1 => Just(Some(0.25)), 1 => Just(Some(0.3))];
-    let base = prop_oneof![1 => ground.points(0..30), 9 => ground.points(30..200)];
-    let actions = prop::collection::vec((action(ground), then(), event_time()), 1..14);
+    let base = prop_oneof![1 => placement.points(0..30), 9 => placement.points(30..200)];
+    let actions = prop::collection::vec((change(placement), then(), event_time()), 1..14);
     (kept(), resolution, base, 1..12_usize, actions).prop_map(|(kept, resolution, base, batches, actions)| {
         let mut writer = Writer::new(kept, resolution);
-        writer.lay_base(&base, batches);
-        for (action, then, time) in actions {
-            writer.write(action, time);
+        writer.insert_base(&base, batches);
+        for (change, then, time) in actions {
+            writer.write(change, time);
             writer.close(then);
         }
         writer.close(Then::Poll);
@@ -100,12 +100,12 @@ pub fn scripts_on(ground: Ground) -> impl Strategy<Value = Script> {
     })
 }
 
-/// How much later than the newest one, in halves, a batch's event time is; none for a batch without time.
+/// The event time of a batch in halves after the newest one. None: a batch without time.
 fn event_time() -> impl Strategy<Value = Option<i8>> {
     prop_oneof![1 => Just(None), 6 => (-4..4_i8).prop_map(Some)]
 }
 
-/// Turns actions into steps, following the model to know what is there.
+/// Turns changes into steps. A model says which points are there.
 struct Writer {
     script: Script,
     model: Model,
@@ -123,8 +123,8 @@ impl Writer {
         }
     }
 
-    /// In several batches, so that not all leaves a window at once.
-    fn lay_base(&mut self, base: &[Point], batches: usize) {
+    /// Inserts the base in several batches, so that not all of it leaves a window at once.
+    fn insert_base(&mut self, base: &[Point], batches: usize) {
         for batch in base.chunks(base.len().div_ceil(batches).max(1)) {
             self.insert(batch.to_vec(), Some(1));
             self.close(if let Kept::Frames(_) = self.script.kept { Then::Commit } else { Then::Nothing });
@@ -132,50 +132,50 @@ impl Writer {
         self.close(Then::Poll);
     }
 
-    fn write(&mut self, action: Action, time: Option<i8>) {
-        match action {
-            Come(points) => self.insert(points, time),
-            ComeSpoilt(mut points) => {
+    fn write(&mut self, change: Change, time: Option<i8>) {
+        match change {
+            Insert(points) => self.insert(points, time),
+            InsertInvalid(mut points) => {
                 let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
-                let spoilt = bad.iter().enumerate().map(|(axis, &v)| if axis == 0 { [v, 0.0] } else { [0.0, v] });
-                points.splice(1..1, spoilt);
+                let invalid = bad.iter().enumerate().map(|(axis, &v)| if axis == 0 { [v, 0.0] } else { [0.0, v] });
+                points.splice(1..1, invalid);
                 self.insert(points, time);
             }
             Stray(points) => {
                 self.strays.extend(&points);
                 self.insert(points, time);
             }
-            StraysGo => {
+            RemoveStrays => {
                 let strays = std::mem::take(&mut self.strays);
                 self.retract(strays);
             }
-            Double(which) => {
+            Duplicate(which) => {
                 let points = self.pick(&which);
                 self.insert(points, time);
             }
-            Go(which) => {
+            Remove(which) => {
                 let points = self.pick(&which);
                 self.retract(points);
             }
-            Return(which) => {
+            Restore(which) => {
                 if !self.gone.is_empty() {
                     let points = which.iter().map(|index| *index.get(&self.gone)).collect();
                     self.insert(points, time);
                 }
             }
-            GoAndReturn { which, committed } => {
+            RemoveAndRestore { which, committed } => {
                 let points = self.pick(&which);
                 self.retract(points.clone());
                 self.close(if committed { Then::Commit } else { Then::Nothing });
                 self.insert(points, time);
             }
-            Miss(point) => self.retract(vec![point]),
+            RetractMissing(point) => self.retract(vec![point]),
             Replace(points) => {
                 self.retract(self.model.points());
                 self.insert(points, time);
             }
-            Empty => self.retract(self.model.points()),
-            Wait(halves) => {
+            RemoveAll => self.retract(self.model.points()),
+            AdvanceTime(halves) => {
                 let time = self.model.newest().unwrap_or(0.0) + f64::from(halves) / 2.0;
                 self.model.advance_time(time);
                 self.script.steps.push(Step::Time(time));

@@ -1,4 +1,4 @@
-//! Small streams in the words of the protocol: messages whose checksums are right, and recordings of them.
+//! Small streams as protocol messages with correct checksums, and recordings of them.
 
 use std::time::Duration;
 
@@ -7,12 +7,12 @@ use hopes_protocol::{
     StreamOpened, VERSION, Vertex, View, Window, encode,
 };
 
-/// The view that clients ask for if nothing else is said.
+/// The default view of clients.
 pub const VIEW: View = View { cut: Cut::Derived(1, 1), simplify: Simplify::No };
 
-/// A stream that grows by one vertex, and the edge to it, a frame.
+/// A stream that gets one vertex, and the edge to it, in each frame.
 #[derive(Clone)]
-pub struct Scene {
+pub struct GrowingStream {
     pub stream: u32,
     pub number: u64,
     vertices: Vec<Vertex>,
@@ -21,8 +21,8 @@ pub struct Scene {
     checksum: Checksum,
 }
 
-impl Scene {
-    /// At frame 1 with one vertex.
+impl GrowingStream {
+    /// The stream at frame 1, with one vertex.
     pub fn new(stream: u32) -> Self {
         let mut scene = Self {
             stream,
@@ -36,7 +36,7 @@ impl Scene {
         scene
     }
 
-    /// Goes on to the next frame.
+    /// Goes to the next frame.
     fn step(&mut self) {
         let id = self.number;
         self.number += 1;
@@ -74,7 +74,7 @@ impl Scene {
         Snapshot { stream: self.stream, cause, frame, vertices, edges, critical, checksum }.into()
     }
 
-    /// To the next frame.
+    /// The diff to the next frame.
     pub fn diff(&mut self) -> Message {
         let (from, edges) = (self.number, self.edges.len());
         self.step();
@@ -93,7 +93,7 @@ impl Scene {
         .into()
     }
 
-    /// To the next frame, with a checksum that is none.
+    /// The diff to the next frame, with a wrong checksum.
     pub fn wrong_diff(&mut self) -> Message {
         match self.diff() {
             Message::Diff(diff) => Diff { checksum: !diff.checksum, ..diff }.into(),
@@ -107,7 +107,7 @@ impl Scene {
     }
 }
 
-/// A recording: messages, and when they came.
+/// A recording: messages and their times.
 pub fn recording(messages: &[(Duration, Message)]) -> Vec<u8> {
     let mut bytes = Banner { lowest: VERSION, highest: VERSION }.encode().to_vec();
     for (elapsed, message) in messages {
@@ -118,7 +118,7 @@ pub fn recording(messages: &[(Duration, Message)]) -> Vec<u8> {
     bytes
 }
 
-/// Messages in the bytes of the protocol, after a banner.
+/// The frames of messages after a banner.
 pub fn frames(messages: &[Message]) -> Vec<u8> {
     let mut bytes = Banner { lowest: VERSION, highest: VERSION }.encode().to_vec();
     for message in messages {

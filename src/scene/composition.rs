@@ -1,0 +1,333 @@
+//! The kinds of scenes, and the shapes of each.
+//!
+//! In: a kind and random numbers. Out: the scene's composition.
+//!
+//! Invariants: shapes stand in a row, at least [`CLEARANCE`] apart, or pass each other in such a row. Rings in a row
+//! enclose nothing between them. Rings that form a ring or a grid would make holes that the truth does not have.
+//!
+//! Must not know: points, noise.
+
+use std::str::FromStr;
+
+use thiserror::Error;
+
+use super::motion::{Cycle, Oscillation};
+use super::random::Random;
+use super::shape::{ConcentricRings, Pair, Ring, Shape};
+use super::turn::direction;
+use super::wall::{Bar, Form};
+
+/// The smallest distance of two places in a row. The smallest rings that stand side by side have a radius of 0.7.
+const CLEARANCE: f64 = 1.0;
+
+/// The kinds of scenes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Rings that drift.
+    Drift,
+    /// Rings that stay.
+    Static,
+    /// Holes that pinch in two.
+    Pinch,
+    /// Holes that merge.
+    Fuse,
+    /// Rings that open and close.
+    Open,
+    /// Rings that pass each other.
+    Pass,
+    /// Rings that appear and vanish suddenly.
+    Vanish,
+    /// Rings inside rings.
+    Concentric,
+    /// Polygons that turn.
+    Polygons,
+    /// A bar in front of rings.
+    Occlusion,
+    /// Many rings.
+    Crowd,
+    /// Rings that swell and shrink.
+    Breathe,
+    /// All of this in one scene.
+    Mixed,
+}
+
+/// A scene of this name does not exist.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("there is no scene {found:?}: choose one of {}", Kind::names())]
+pub struct UnknownScene {
+    /// The name.
+    pub found: String,
+}
+
+impl Kind {
+    /// Every kind.
+    pub const ALL: [Self; 13] = [
+        Self::Drift,
+        Self::Static,
+        Self::Pinch,
+        Self::Fuse,
+        Self::Open,
+        Self::Pass,
+        Self::Vanish,
+        Self::Concentric,
+        Self::Polygons,
+        Self::Occlusion,
+        Self::Crowd,
+        Self::Breathe,
+        Self::Mixed,
+    ];
+
+    /// The name of the kind.
+    pub fn name(self) -> &'static str {
+        self.description().0
+    }
+
+    /// A description of one line.
+    pub fn about(self) -> &'static str {
+        self.description().1
+    }
+
+    fn description(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Drift => ("drift", "8 rings drift on smooth paths"),
+            Self::Static => ("static", "8 rings stay; only their points change"),
+            Self::Pinch => ("pinch", "4 holes pinch in two, at different times"),
+            Self::Fuse => ("fuse", "4 pairs of holes fuse, at different times"),
+            Self::Open => {
+                ("open", "6 rings open by a gap that grows until they have no hole any more, and close again")
+            }
+            Self::Pass => ("pass", "4 pairs of rings pass by each other in opposite directions"),
+            Self::Vanish => ("vanish", "10 rings appear and vanish at once"),
+            Self::Concentric => ("concentric", "3 rings around one centre drift together: a disc and two annuli"),
+            Self::Polygons => ("polygons", "8 rotating regular polygons of 3 to 6 corners"),
+            Self::Occlusion => ("occlusion", "a thin bar sweeps across 8 rings and hides the points under it"),
+            Self::Crowd => ("crowd", "30 rings: some stay, some drift, some come and go"),
+            Self::Breathe => ("breathe", "8 rings swell and shrink"),
+            Self::Mixed => ("mixed", "all kinds of events in one plane"),
+        }
+    }
+
+    fn names() -> String {
+        Self::ALL.map(Self::name).join(", ")
+    }
+}
+
+impl FromStr for Kind {
+    type Err = UnknownScene;
+
+    fn from_str(word: &str) -> Result<Self, UnknownScene> {
+        let kind = Self::ALL.into_iter().find(|kind| kind.name() == word);
+        kind.ok_or_else(|| UnknownScene { found: word.chars().take(40).collect() })
+    }
+}
+
+/// A bar that sweeps along the row again and again.
+#[derive(Clone, Copy, Debug)]
+pub struct Sweep {
+    normal: [f64; 2],
+    width: f64,
+    /// The distance from the middle of the row at which it appears and disappears.
+    span: f64,
+    speed: f64,
+}
+
+impl Sweep {
+    /// The bar in a frame.
+    pub fn at(&self, frame: f64) -> Bar {
+        let offset = (frame * self.speed) % (2.0 * self.span) - self.span;
+        Bar { normal: self.normal, offset, width: self.width }
+    }
+}
+
+/// The parts of a scene.
+#[derive(Clone, Debug)]
+pub struct Composition {
+    /// The shapes.
+    pub shapes: Vec<Shape>,
+    /// The motion of the whole scene.
+    pub drift: Oscillation,
+    /// A bar that hides points.
+    pub sweep: Option<Sweep>,
+}
+
+/// The directions in which a pair moves.
+#[derive(Clone, Copy)]
+enum PairMotion {
+    /// From joined to apart.
+    Pinch,
+    /// From apart to joined.
+    Fuse,
+    /// Both, one after the other.
+    Both,
+}
+
+/// The composition of a scene.
+pub fn compose(kind: Kind, random: &mut Random) -> Composition {
+    let slow = Oscillation { reach: [4.0, 3.0], periods: [1400.0, 1100.0], phases: [0.0, 0.1] };
+    let mut sweep = None;
+    let (places, drift) = match kind {
+        Kind::Drift => (each(8, |_| vec![oscillating(random, [1.0, 1.5], 250.0)]), Oscillation::default()),
+        Kind::Static => (each(8, |_| vec![Shape::Ring(ring(random))]), Oscillation::default()),
+        Kind::Pinch => (each(4, |share| vec![pair(random, PairMotion::Pinch, share)]), slow),
+        Kind::Fuse => (each(4, |share| vec![pair(random, PairMotion::Fuse, share)]), slow),
+        Kind::Open => (each(6, |share| vec![opening(random, share)]), Oscillation::default()),
+        Kind::Pass => (each(4, |share| passing(random, share / 2.0)), Oscillation::default()),
+        Kind::Vanish => (each(10, |_| vec![vanishing(random)]), Oscillation::default()),
+        Kind::Concentric => (vec![vec![concentric()]], slow),
+        Kind::Polygons => (each(8, |share| vec![polygon(random, 3 + (share * 8.0) as u8 % 4)]), Oscillation::default()),
+        Kind::Occlusion => {
+            (each(8, |_| vec![Shape::Ring(Ring::new(random.between(1.0, 1.2)))]), Oscillation::default())
+        }
+        Kind::Crowd => {
+            (each(30, |share| vec![one_of_many(random, (share * 30.0).round() as u32)]), Oscillation::default())
+        }
+        Kind::Breathe => (each(8, |_| vec![breathing(random)]), Oscillation::default()),
+        Kind::Mixed => (everything(random), slow),
+    };
+    let (shapes, half) = row(places);
+    if kind == Kind::Occlusion {
+        // Where it hides most of the smallest ring, a cap as deep as the bar is wide, the hole keeps more than half of
+        // its persistence.
+        sweep = Some(Sweep { normal: direction(0.02), width: 0.12, span: half + 1.0, speed: 0.35 });
+    }
+    Composition { shapes, drift, sweep }
+}
+
+/// `count` places. The function gets the share of places before its own.
+fn each(count: u32, place: impl FnMut(f64) -> Vec<Shape>) -> Vec<Vec<Shape>> {
+    (0..count).map(|number| f64::from(number) / f64::from(count)).map(place).collect()
+}
+
+/// Puts places side by side around the origin. Also returns half the length of the row.
+fn row(places: Vec<Vec<Shape>>) -> (Vec<Shape>, f64) {
+    let mut end = -CLEARANCE;
+    let mut shapes = Vec::new();
+    for place in places {
+        let reach = place.iter().map(Shape::reach).fold(0.0, f64::max);
+        let middle = end + CLEARANCE + reach;
+        end = middle + reach;
+        shapes.extend(place.into_iter().map(|mut shape| {
+            shape.shift(middle);
+            shape
+        }));
+    }
+    shapes.iter_mut().for_each(|shape| shape.shift(-end / 2.0));
+    (shapes, end / 2.0)
+}
+
+fn ring(random: &mut Random) -> Ring {
+    Ring::new(random.between(0.8, 1.2))
+}
+
+/// A ring that moves around its place with about this period.
+fn oscillating(random: &mut Random, reach: [f64; 2], period: f64) -> Shape {
+    let periods = [(); 2].map(|()| period * random.between(1.0, 1.5));
+    let phases = [random.unit(), random.unit()];
+    Shape::Ring(Ring { oscillation: Oscillation { reach, periods, phases }, ..ring(random) })
+}
+
+fn pair(random: &mut Random, motion: PairMotion, begin: f64) -> Shape {
+    let larger = random.between(0.95, 1.05);
+    let [joined, begins, ends, apart] = Pair::STOPS;
+    let (nearing, pinching, leaving) = (Pair::NEARING, Pair::PINCHING, Pair::LEAVING);
+    let (rest, moving) = (random.between(150.0, 240.0).floor(), nearing + pinching + leaving);
+    let away = [[joined, nearing], [begins, pinching], [ends, leaving]];
+    let back = [[apart, leaving], [ends, pinching], [begins, nearing]];
+    let legs: Vec<[f64; 2]> = match motion {
+        PairMotion::Pinch => [&[[joined, rest]], &away[..], &[[apart, rest], [apart, 0.0]]].concat(),
+        PairMotion::Fuse => [&[[apart, rest]], &back[..], &[[joined, rest], [joined, 0.0]]].concat(),
+        PairMotion::Both => [&[[joined, rest]], &away[..], &[[apart, rest]], &back[..]].concat(),
+    };
+    // If the motion does not end where it begins, the pair vanishes in between.
+    let life = match motion {
+        PairMotion::Both => None,
+        PairMotion::Pinch | PairMotion::Fuse => Some(Cycle::switch(2.0 * rest + moving - 20.0, 20.0, begin)),
+    };
+    let half_turn = if random.unit() < 0.5 { 0.0 } else { 0.5 };
+    let axis = direction(half_turn + random.between(-0.05, 0.05));
+    let apart = Cycle::new(&legs, begin);
+    Shape::Pair(Pair { radii: [larger, 0.75 * larger], place: [0.0; 2], axis, apart, life })
+}
+
+fn opening(random: &mut Random, begin: f64) -> Shape {
+    let rest = random.between(240.0, 400.0).floor();
+    let gap = Cycle::new(&[[0.0, rest], [0.0, 12.0], [1.9, 30.0], [1.9, 12.0]], begin);
+    // Upwards or downwards, since a neighbour in front of the gap would close it.
+    let toward = if random.unit() < 0.5 { 0.25 } else { 0.75 };
+    let gap_toward = direction(toward + random.between(-0.05, 0.05));
+    Shape::Ring(Ring { gap: Some(gap), gap_toward, ..ring(random) })
+}
+
+/// Two rings that move past each other.
+fn passing(random: &mut Random, phase: f64) -> Vec<Shape> {
+    let one = |random: &mut Random, side: f64| {
+        let oscillation = Oscillation { reach: [3.0, 0.0], periods: [440.0, 1.0], phases: [phase + side / 4.0, 0.0] };
+        let radius = random.between(0.9, 1.1);
+        Shape::Ring(Ring { place: [0.0, 1.45 * side], oscillation, ..Ring::new(radius) })
+    };
+    vec![one(random, 1.0), one(random, -1.0)]
+}
+
+fn vanishing(random: &mut Random) -> Shape {
+    let life = Cycle::switch(random.between(150.0, 300.0).floor(), random.between(20.0, 60.0).floor(), random.unit());
+    Shape::Ring(Ring { life: Some(life), ..ring(random) })
+}
+
+fn concentric() -> Shape {
+    Shape::ConcentricRings(ConcentricRings { radii: vec![1.0, 3.2, 5.0], place: [0.0; 2] })
+}
+
+fn polygon(random: &mut Random, corners: u8) -> Shape {
+    let spin = if random.unit() < 0.5 { 1.0 } else { -1.0 } / random.between(300.0, 500.0);
+    Shape::Ring(Ring { form: Form::Polygon(corners), spin, ..ring(random) })
+}
+
+/// In turn a ring that stays, a ring that drifts, and a ring that comes and goes.
+fn one_of_many(random: &mut Random, number: u32) -> Shape {
+    match number % 3 {
+        0 => Shape::Ring(ring(random)),
+        1 => oscillating(random, [0.3, 1.0], 160.0),
+        _ => {
+            let life =
+                Cycle::switch(random.between(120.0, 300.0).floor(), random.between(20.0, 60.0).floor(), random.unit());
+            Shape::Ring(Ring { life: Some(life), ..ring(random) })
+        }
+    }
+}
+
+fn breathing(random: &mut Random) -> Shape {
+    let swell_wave = [random.between(80.0, 140.0), random.unit()];
+    Shape::Ring(Ring { swell: 0.3, swell_wave, ..Ring::new(random.between(1.0, 1.2)) })
+}
+
+fn everything(random: &mut Random) -> Vec<Vec<Shape>> {
+    vec![
+        vec![pair(random, PairMotion::Both, 0.0)],
+        vec![opening(random, 0.0)],
+        vec![oscillating(random, [0.5, 1.0], 200.0)],
+        vec![polygon(random, 3)],
+        vec![vanishing(random)],
+        passing(random, 0.0),
+        vec![concentric()],
+        vec![breathing(random)],
+        vec![polygon(random, 5)],
+        vec![pair(random, PairMotion::Both, 0.5)],
+        vec![opening(random, 0.5)],
+        vec![Shape::Ring(ring(random))],
+        vec![vanishing(random)],
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_have_names() {
+        for kind in Kind::ALL {
+            assert_eq!(kind.name().parse(), Ok(kind));
+        }
+        let error = "pinched".parse::<Kind>().unwrap_err().to_string();
+        assert!(error.contains("no scene \"pinched\"") && error.contains("drift, static, pinch, fuse"), "{error}");
+    }
+}
