@@ -75,7 +75,9 @@ impl Routes {
 
     fn asset(&self, path: &str, request: &Request) -> Answer {
         match self.assets.get(path) {
-            Some(asset) => Answer::new(asset.kind, asset.body).version(&asset.tag, request.has_version(&asset.tag)),
+            Some(asset) => {
+                Answer::new(asset.media_type, asset.body).version(&asset.tag, request.has_version(&asset.tag))
+            }
             None => Refusal::new(404, "there is nothing here: begin at /").into(),
         }
     }

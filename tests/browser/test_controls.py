@@ -132,7 +132,7 @@ class Time(BrowserTest):
         self.assertEqual(back["vertices"], 400)
         self.assertGreater(self.eyes.difference(picture, self.see_still(page)), 100, "an older frame looks the same")
         for _ in range(4):
-            page.click("#forth")
+            page.click("#forward")
         page.keyboard.press(".")
         self.wait_for(page, "state.seen === argument", still["frame"])
         self.assertEqual(self.eyes.difference(picture, self.see_still(page)), 0, "back again, it looks different")

@@ -41,20 +41,38 @@ fn the_page_and_its_files_are_there_and_closed_to_others() {
     assert_eq!(answer.field("cross-origin-resource-policy"), "same-origin");
     assert!(!answer.fields.contains_key("access-control-allow-origin"));
     let html = String::from_utf8(answer.fine()).unwrap();
-    // Every file that the page names is there, and is of its kind.
-    let files: Vec<&str> =
-        html.split(['"', '\'']).filter(|word| word.ends_with(".js") || word.ends_with(".css")).collect();
-    assert!(!files.is_empty());
-    for file in files {
-        let answer = page.get(&format!("/{}", file.trim_start_matches("./").trim_start_matches('/')));
-        let kind = if file.ends_with(".js") { "text/javascript; charset=utf-8" } else { "text/css; charset=utf-8" };
-        assert_eq!(answer.field("content-type"), kind);
+    // Every file that the page names, and every module that these import, is served with its media type.
+    let mut files = named_files("/", &html);
+    let mut at = 0;
+    while let Some(file) = files.get(at).cloned() {
+        let answer = page.get(&file);
+        let is_script = file.ends_with(".js");
+        let media_type = if is_script { "text/javascript; charset=utf-8" } else { "text/css; charset=utf-8" };
+        assert_eq!(answer.field("content-type"), media_type, "{file}");
         assert_eq!(answer.field("content-security-policy"), policy);
-        answer.fine();
+        let text = String::from_utf8(answer.fine()).unwrap();
+        for imported in named_files(&file, &text) {
+            if !files.contains(&imported) {
+                files.push(imported);
+            }
+        }
+        at += 1;
     }
+    assert!(files.len() > 20, "{files:?}");
     page.get("/no/such/thing").is_refused(404, "begin at /");
     page.get("/../Cargo.toml").is_refused(404, "nothing here");
     page.daemon.stop();
+}
+
+/// The scripts and style sheets that a file names in quotes, as paths.
+fn named_files(path: &str, text: &str) -> Vec<String> {
+    let folder = path.rsplit_once('/').unwrap().0;
+    let words = text.split(['"', '\'']).filter(|word| word.ends_with(".js") || word.ends_with(".css"));
+    let resolved = words.map(|word| match word.strip_prefix("../") {
+        Some(rest) => format!("{}/{rest}", folder.rsplit_once('/').unwrap().0),
+        None => format!("{folder}/{}", word.trim_start_matches("./")),
+    });
+    resolved.collect()
 }
 
 #[test]

@@ -1,27 +1,30 @@
-//! What the page follows: one stream in one view, with its tracks and its last frames.
+//! The followed stream: one stream in one view, with its tracks, its dots and its last frames.
 //!
-//! In: what the user chose, messages. Out: mirror, tracks, dots, history, and word when any of them has changed.
-//! Invariants: while paused or hidden nothing is subscribed to, so nothing can pile up; afterwards it goes on from
-//! the frame that is held, by diffs where the daemon still has them. Must not know: graphics, the page's elements.
+//! In: what the user chose; messages of the daemon.
+//! Out: mirror, annotations (tracks and dots), history; a call of `changed` whenever one of them changes.
+//! Invariants: while the page is paused or hidden, nothing is subscribed to, so nothing piles up. Afterwards the
+//! session resumes from the frame it holds, by diffs where the daemon still has them.
+//! Must not know: graphics, the page's elements.
 
 import { Connection } from "./connection.js";
 import { History } from "./history.js";
 import { Contradiction, Mirror } from "./mirror.js";
-import { Tracks, nobody } from "./tracks.js";
+import { Tracks, emptyTracks } from "./tracks.js";
 
-/** So many of the most persistent dots are asked for. */
+/** How many dots are requested: the most persistent ones. */
 const DOTS = 1500;
-const LIST_EVERY = 2000;
-/** A view that changes while a slider moves is sent at most so often. */
-const VIEW_EVERY = 120;
-/** Who is further behind than this, in milliseconds, starts again from the newest frame. */
-const TOO_FAR = 2500;
+/** Milliseconds between two requests for the list of streams. */
+const LIST_INTERVAL = 2000;
+/** Least milliseconds between two changes of the view, which a slider can cause much faster. */
+const VIEW_INTERVAL = 120;
+/** A page that lags by more than this, in milliseconds, starts again from the newest frame. */
+const MAX_LAG = 2500;
 const WANT_TRACKS = 0x020d;
 
 /** Columns of a dot: its edge's ends, birth, death, centre and radius. */
 const DOT = 7;
 
-/** Birth and death of dots, all that is shown of them: this is kept for every frame that one can go back to. */
+/** Birth and death of each dot. Nothing else of dots is drawn, and this is kept for every frame of the history. */
 function labelsOf(dots) {
   const labels = new Float64Array((2 * dots.length) / DOT);
   for (let i = 0; i < labels.length; i += 2) {
@@ -31,7 +34,7 @@ function labelsOf(dots) {
   return labels;
 }
 
-const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+const isSame = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 
 export class Session {
   /** @param {string} url @param {{stream: string | null, view: any}} choice @param {(what: string) => void} changed */
@@ -44,40 +47,36 @@ export class Session {
     this.streams = [];
     this.paused = false;
     this.hidden = false;
-    this.forget();
+    this.reset();
     this.lastChannel = 0;
     this.listChannel = 0;
     this.resyncs = 0;
-    this.framesSeen = 0;
+    this.framesReceived = 0;
     this.connection = new Connection(url, {
-      up: () => this.up(),
-      state: () => this.lost(),
-      message: (channel, name, body) => this.take(channel, name, body),
-      listens: (channel) => channel === this.channel || channel === this.listChannel,
+      connected: () => this.onConnected(),
+      stateChanged: () => this.onConnectionState(),
+      message: (channel, name, body) => this.handleMessage(channel, name, body),
+      isSubscribed: (channel) => channel === this.channel || channel === this.listChannel,
     });
   }
 
   start() {
-    this.connection.start();
+    this.connection.connect();
     setInterval(() => this.tick(), 500);
   }
 
-  /** What is drawn beside the skeleton. */
-  get beside() {
-    return this.shown;
-  }
-
-  /** Nothing is known of any stream. */
-  forget() {
+  /** Drops all that is known of a stream. */
+  reset() {
     this.channel = 0;
     this.opened = null;
     /** The view of the mirror, once a snapshot in it has come. */
     this.heldView = null;
-    /** Why there are no tracks, if there are none. */
-    this.trackless = "";
+    /** Why there are no tracks; empty if there are. */
+    this.noTracksReason = "";
     this.notice = "";
     this.dots = { total: 0, labels: new Float64Array(0) };
-    this.shown = { ...nobody(), dots: this.dots };
+    /** Those of the shown frame. @type {import("./history.js").Annotations} */
+    this.annotations = { ...emptyTracks(), dots: this.dots };
   }
 
   /** Follows another stream. */
@@ -85,7 +84,7 @@ export class Session {
     if (name === this.choice.stream) return;
     this.unsubscribe();
     this.choice.stream = name;
-    this.forget();
+    this.reset();
     for (const elements of [this.mirror.vertices, this.mirror.edges, this.mirror.critical]) elements.clear();
     this.mirror.frame = null;
     this.tracks.clear();
@@ -95,7 +94,7 @@ export class Session {
     this.changed("stream");
   }
 
-  /** Looks at the stream in another view. */
+  /** Follows the stream in another view. */
   chooseView(view) {
     this.choice.view = view;
     if (this.viewTimer) return;
@@ -103,70 +102,70 @@ export class Session {
     this.viewTimer = setTimeout(() => {
       this.viewTimer = null;
       this.sendView();
-    }, VIEW_EVERY);
+    }, VIEW_INTERVAL);
   }
 
   sendView() {
-    if (!this.channel || same(this.sentView, this.choice.view)) return;
+    if (!this.channel || isSame(this.sentView, this.choice.view)) return;
     this.sentView = this.choice.view;
     this.connection.send(this.channel, "ChangeView", { view: this.sentView, dots: { Top: DOTS } });
   }
 
-  /** Stops, or goes on from the newest frame. */
-  pause(paused) {
+  /** Pauses, or resumes from the newest frame. */
+  setPaused(paused) {
     if (paused === this.paused) return;
     this.paused = paused;
     if (!paused) this.step(Infinity);
-    this.rest();
+    this.updateSubscription();
     this.changed("status");
   }
 
-  /** The page is hidden, or seen again. */
-  hide(hidden) {
+  /** Notes whether the page is hidden. */
+  setHidden(hidden) {
     this.hidden = hidden;
-    this.rest();
+    this.updateSubscription();
   }
 
-  /** Subscribes or unsubscribes, as it should be now. */
-  rest() {
+  /** Subscribes or unsubscribes, as pause and visibility ask for. */
+  updateSubscription() {
     if (this.paused || this.hidden) this.unsubscribe();
     else if (!this.channel) this.subscribe();
   }
 
-  /** Shows a frame so many later. */
+  /** Shows the frame that is `by` frames after the shown one. */
   step(by) {
-    const beside = this.history.go(this.mirror, by);
-    this.shown = beside ?? { ...nobody(), dots: this.dots };
+    const annotations = this.history.moveBy(this.mirror, by);
+    this.annotations = annotations ?? { ...emptyTracks(), dots: this.dots };
     this.changed("frame");
   }
 
-  up() {
-    this.list();
+  onConnected() {
+    this.requestList();
     this.subscribe();
   }
 
-  lost() {
+  onConnectionState() {
     if (this.connection.state === "gone") this.channel = 0;
     this.changed("status");
   }
 
-  list() {
-    this.listed = performance.now();
+  requestList() {
+    this.listedAt = performance.now();
     this.listChannel = this.lastChannel += 1;
     this.connection.send(this.listChannel, "ListStreams", { pattern: "*" });
   }
 
-  /** What is looked after from time to time. */
+  /** Refreshes the list of streams, and resynchronizes where the page lags too far behind. */
   tick() {
     if (this.connection.state === "connected" && !this.hidden) {
-      if (performance.now() - this.listed > LIST_EVERY) this.list();
-      const rested = performance.now() - this.subscribed > 2 * TOO_FAR;
-      if (this.channel && rested && this.connection.lag > TOO_FAR) this.resync();
+      if (performance.now() - this.listedAt > LIST_INTERVAL) this.requestList();
+      const isSettled = performance.now() - this.subscribedAt > 2 * MAX_LAG;
+      if (this.channel && isSettled && this.connection.lag > MAX_LAG) this.resync();
     }
     this.changed("status");
   }
 
-  /** Starts again from the newest frame. */
+  /** Starts again from a snapshot of the newest frame. */
   resync() {
     this.resyncs += 1;
     this.unsubscribe();
@@ -178,7 +177,7 @@ export class Session {
     const { stream, view } = this.choice;
     if (stream === null || this.paused || this.hidden || this.connection.state !== "connected") return;
     this.channel = this.lastChannel += 1;
-    this.subscribed = performance.now();
+    this.subscribedAt = performance.now();
     this.sentView = view;
     this.connection.send(this.channel, "Subscribe", {
       pattern: stream,
@@ -186,35 +185,35 @@ export class Session {
       dots: { Top: DOTS },
       resume: this.resumeFrom(),
     });
-    this.trackless = this.connection.version < 2 ? "this daemon is too old for tracks" : "";
-    this.wantTracks();
+    this.noTracksReason = this.connection.version < 2 ? "this daemon is too old for tracks" : "";
+    this.requestTracks();
   }
 
-  /** What is held, if diffs may lead on from it. */
+  /** The held frame, if diffs may lead on from it; else null. */
   resumeFrom() {
     const { frame } = this.mirror;
-    if (!frame || !this.opened || !same(this.heldView, this.choice.view)) return null;
+    if (!frame || !this.opened || !isSame(this.heldView, this.choice.view)) return null;
     return { epoch: this.opened.epoch, frame: frame.number };
   }
 
   unsubscribe() {
     if (!this.channel) return;
     this.connection.send(this.channel, "Unsubscribe");
-    // From here on the channel is not listened to: what is still on its way is passed over unread.
+    // Messages of the channel that are still on their way are skipped unread from here on.
     this.channel = 0;
   }
 
-  wantTracks() {
-    if (this.trackless) return;
+  requestTracks() {
+    if (this.noTracksReason) return;
     this.tracks.restart();
     this.connection.send(this.channel, "WantTracks", { tracks: "Cycles" });
   }
 
-  /** Deals with a message of a stream. A contradiction is a reason to start again, and no more. */
-  take(channel, name, body) {
+  /** Handles a message of a stream. A contradiction leads to a resync and to nothing worse. */
+  handleMessage(channel, name, body) {
     try {
-      if (name === "Streams" && channel === this.listChannel) this.takeStreams(body.streams);
-      else if (channel === this.channel) this[`take${name}`]?.(body);
+      if (name === "Streams" && channel === this.listChannel) this.onStreams(body.streams);
+      else if (channel === this.channel) this[`on${name}`]?.(body);
     } catch (error) {
       if (!(error instanceof Contradiction)) throw error;
       this.notice = `Started again: ${error.message}.`;
@@ -222,7 +221,7 @@ export class Session {
     }
   }
 
-  takeStreams(streams) {
+  onStreams(streams) {
     this.streams = streams;
     if (this.choice.stream === null && streams.length > 0) {
       const [first] = [...streams].sort((a, b) => b.producers - a.producers || a.stream - b.stream);
@@ -232,13 +231,13 @@ export class Session {
     this.changed("streams");
   }
 
-  takeError({ answers, text }) {
-    if (answers === WANT_TRACKS) this.trackless = text;
+  onError({ answers, text }) {
+    if (answers === WANT_TRACKS) this.noTracksReason = text;
     else this.notice = text;
     this.changed("status");
   }
 
-  takeStreamOpened(opened) {
+  onStreamOpened(opened) {
     const isAnother = this.opened?.epoch !== opened.epoch;
     this.opened = opened;
     this.notice = "";
@@ -248,44 +247,44 @@ export class Session {
     this.changed("stream");
   }
 
-  takeStreamClosed({ reason }) {
+  onStreamClosed({ reason }) {
     this.notice = `The stream has ended: ${reason}.`;
     this.changed("status");
   }
 
-  takeSnapshot(snapshot) {
-    this.mirror.takeSnapshot(snapshot);
+  onSnapshot(snapshot) {
+    this.mirror.applySnapshot(snapshot);
     this.heldView = snapshot.frame.view;
     this.history.restart(snapshot.frame);
     if (snapshot.cause === "Lagged") this.resyncs += 1;
-    this.seeFrame();
+    this.onFrame();
   }
 
-  takeDiff(diff) {
-    const back = this.mirror.takeDiff(diff);
-    this.history.push(diff.frame, diff, back);
-    this.seeFrame();
+  onDiff(diff) {
+    const inverse = this.mirror.applyDiff(diff);
+    this.history.push(diff.frame, diff, inverse);
+    this.onFrame();
   }
 
-  takeDots({ total, dots }) {
+  onDots({ total, dots }) {
     this.dots = { total, labels: labelsOf(dots) };
     this.annotate();
   }
 
-  takeTracks(tracks) {
-    if (this.tracks.take(tracks)) this.annotate();
-    else this.wantTracks();
+  onTracks(tracks) {
+    if (this.tracks.apply(tracks)) this.annotate();
+    else this.requestTracks();
   }
 
-  seeFrame() {
-    this.framesSeen += 1;
+  onFrame() {
+    this.framesReceived += 1;
     this.annotate();
   }
 
-  /** Tracks and dots of the newest frame have come. They come after it, so until then those before stand beside it. */
+  /** Annotates the newest frame. Its tracks and dots come after it; until then those of the frame before are shown. */
   annotate() {
-    this.shown = { ...this.tracks.living, dots: this.dots };
-    this.history.annotate(this.shown);
+    this.annotations = { ...this.tracks.current, dots: this.dots };
+    this.history.annotate(this.annotations);
     this.changed("frame");
   }
 }

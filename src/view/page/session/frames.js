@@ -1,12 +1,14 @@
-//! The outside of messages: CRC-32C, banner, frames, and bytes that come in pieces.
+//! Frames of the protocol: banner, header, CRC-32C, and a buffer for bytes that come in pieces.
 //!
-//! In: pieces of a byte stream, or bodies. Out: whole frames with their CRCs proved, or bytes to send. Invariants: a
-//! length is believed only as far as bytes have come, and never above the cap; what is held is at most one frame and
-//! one piece. Must not know: what bodies mean.
+//! In: pieces of a byte stream; bodies to send.
+//! Out: complete frames whose CRCs were verified; bytes to send.
+//! Invariants: nothing is allocated for an announced length, and none above the cap is accepted. The buffer holds at
+//! most one frame and one piece.
+//! Must not know: what bodies mean.
 
 /** @typedef {"malformed" | "unsupported version" | "too large"} FrameFault */
 
-/** The stream of bytes is lost. */
+/** The byte stream cannot be read any further. */
 export class FrameError extends Error {
   /** @param {FrameFault} fault @param {string} message */
   constructor(fault, message) {
@@ -19,13 +21,13 @@ export class FrameError extends Error {
 
 const HEADER = 20;
 export const BANNER = 20;
-/** Largest body taken, unless said otherwise. */
+/** Bytes of a body at the most. */
 const CAP = 1 << 28;
 const BANNER_MAGIC = [0x48, 0x4f, 0x50, 0x45, 0x53, 0x0d, 0x0a, 0x1a];
 /** `hopF`, little-endian. */
 const FRAME_MAGIC = 0x46706f68;
 
-/** Four tables of 256: the CRC of a byte, followed by 0, 1, 2 or 3 bytes of zero. */
+/** Four tables of 256 entries: the CRC of a byte followed by 0, 1, 2 or 3 zero bytes. */
 const TABLES = (() => {
   const tables = new Int32Array(1024);
   for (let byte = 0; byte < 256; byte++) {
@@ -56,7 +58,7 @@ export function crc32c(bytes, from = 0, to = bytes.length) {
 /** @param {Uint8Array} bytes */
 const viewOf = (bytes) => new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 
-/** The banner of a side that speaks these versions. */
+/** A banner that announces these versions. */
 export function writeBanner(lowest, highest) {
   const bytes = new Uint8Array(BANNER);
   const view = viewOf(bytes);
@@ -67,11 +69,11 @@ export function writeBanner(lowest, highest) {
   return bytes;
 }
 
-/** Which versions the side of this banner speaks. @param {Uint8Array} bytes */
+/** The versions that a banner announces. @param {Uint8Array} bytes */
 export function readBanner(bytes) {
   const view = viewOf(bytes);
   if (view.getUint32(16, true) !== crc32c(bytes, 0, 16) || BANNER_MAGIC.some((byte, i) => byte !== bytes[i])) {
-    throw new FrameError("malformed", "this is no hopes daemon: its banner is another one");
+    throw new FrameError("malformed", "this is no hopes daemon: its banner is invalid");
   }
   return { lowest: view.getUint16(8, true), highest: view.getUint16(10, true) };
 }
@@ -92,15 +94,15 @@ export function writeFrame(version, type, channel, body) {
 }
 
 /**
- * The frame at the beginning of some bytes, or null where bytes are missing.
+ * The frame at the beginning of some bytes; null if bytes of it are missing.
  * @param {Uint8Array} bytes
- * @param {(version: number) => boolean} speaks
+ * @param {(version: number) => boolean} accepts
  * @returns {Frame | null}
  */
-export function readFrame(bytes, speaks, cap = CAP) {
+export function readFrame(bytes, accepts, cap = CAP) {
   if (bytes.length < HEADER) return null;
   const view = viewOf(bytes);
-  const length = checkHeader(bytes, view, speaks, cap);
+  const length = checkHeader(bytes, view, accepts, cap);
   const end = HEADER + length + 4;
   if (bytes.length < end) return null;
   if (view.getUint32(end - 4, true) !== crc32c(bytes, HEADER, end - 4)) {
@@ -115,32 +117,32 @@ export function readFrame(bytes, speaks, cap = CAP) {
   };
 }
 
-/** Checks a header, and gives the length of its body. */
-function checkHeader(bytes, view, speaks, cap) {
+/** Checks a header. Returns the length of its body. */
+function checkHeader(bytes, view, accepts, cap) {
   if (view.getUint32(16, true) !== crc32c(bytes, 0, 16))
     throw new FrameError("malformed", "the CRC of a header is wrong");
-  if (view.getUint32(0, true) !== FRAME_MAGIC) throw new FrameError("malformed", "no frame begins where one must");
+  if (view.getUint32(0, true) !== FRAME_MAGIC) throw new FrameError("malformed", "the magic of a frame is wrong");
   const version = view.getUint16(4, true);
-  if (!speaks(version)) throw new FrameError("unsupported version", `a frame has version ${version}`);
+  if (!accepts(version)) throw new FrameError("unsupported version", `a frame has version ${version}`);
   const length = view.getUint32(12, true);
   if (length > cap) throw new FrameError("too large", `a body of ${length} bytes is above the cap of ${cap}`);
   return length;
 }
 
-/** Bytes that have come and are not read yet. */
-export class Inbox {
+/** Received bytes that are not read yet. */
+export class ReceiveBuffer {
   constructor() {
     this.bytes = new Uint8Array(0);
     this.from = 0;
     this.to = 0;
   }
 
-  /** What is held. */
+  /** The bytes held. */
   get rest() {
     return this.bytes.subarray(this.from, this.to);
   }
 
-  /** Takes a piece. It is not copied unless part of a frame is held. @param {Uint8Array} piece */
+  /** Appends a piece. It is copied only if part of a frame is held. @param {Uint8Array} piece */
   push(piece) {
     if (this.from === this.to) {
       this.bytes = piece;
@@ -160,14 +162,14 @@ export class Inbox {
     this.to += piece.length;
   }
 
-  /** Drops so many bytes. */
+  /** Drops the first bytes. */
   skip(count) {
     this.from += count;
   }
 
-  /** The next whole frame; its body is good until the next `push`. @returns {Frame | null} */
-  next(speaks) {
-    const frame = readFrame(this.rest, speaks);
+  /** The next complete frame, or null. Its body is valid until the next `push`. @returns {Frame | null} */
+  next(accepts) {
+    const frame = readFrame(this.rest, accepts);
     if (frame) this.from += frame.end;
     return frame;
   }

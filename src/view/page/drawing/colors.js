@@ -1,43 +1,46 @@
-//! Colours: those of the page's style sheet for canvases, and one for each track.
+//! Colours: those of the style sheet for canvases, and one for each track.
 //!
-//! In: the style sheet's custom properties, ids of tracks. Out: CSS colours, and triples from 0 to 1 for WebGL.
-//! Invariants: a track has one colour as long as it lives; neighbouring ids have colours far apart, all of about the
-//! same lightness. Must not know: what is drawn.
+//! In: the style sheet's custom properties; ids of tracks.
+//! Out: CSS colours, and triples from 0 to 1 for WebGL.
+//! Invariants: a track keeps its colour as long as it lives. The hues of neighbouring ids are far apart; all colours of
+//! tracks have about the same lightness.
+//! Must not know: what is drawn.
 
 /** @typedef {{css: string, rgb: [number, number, number]}} Color */
 
 const NAMES = ["ground", "ink", "muted", "line", "point", "edge", "critical", "diagonal", "vertical"];
-/** The golden angle: however many ids there are, their hues spread evenly. */
-const TURN = 137.50776;
-const MOST = 4096;
+/** The golden angle in degrees: the hues of any number of ids are spread evenly. */
+const GOLDEN_ANGLE = 137.50776;
+/** Colours of tracks that are cached at the most. */
+const MAX_CACHED = 4096;
 
 /** @type {Map<number, Color>} */
-const known = new Map();
+const cache = new Map();
 /** The colours of the style sheet. @type {Record<string, Color>} */
 export const palette = {};
 let lightness = 0.6;
 
-/** Reads the style sheet's colours: at the start, and when light turns to dark. */
+/** Reads the style sheet's colours, which depend on the colour scheme. */
 export function readPalette() {
   const style = getComputedStyle(document.documentElement);
   for (const name of NAMES) palette[name] = fromHex(style.getPropertyValue(`--${name}`).trim());
   lightness = palette.ground.rgb[0] < 0.5 ? 0.76 : 0.58;
-  known.clear();
+  cache.clear();
 }
 
 /** The colour of a track. @returns {Color} */
 export function colorOf(id) {
-  let color = known.get(id);
+  let color = cache.get(id);
   if (!color) {
-    if (known.size >= MOST) known.clear();
-    color = fromRgb(oklch(lightness, 0.145, ((id * TURN + 200) % 360) * (Math.PI / 180)));
-    known.set(id, color);
+    if (cache.size >= MAX_CACHED) cache.clear();
+    color = fromRgb(oklch(lightness, 0.145, ((id * GOLDEN_ANGLE + 200) % 360) * (Math.PI / 180)));
+    cache.set(id, color);
   }
   return color;
 }
 
-/** A CSS colour, let through so much. @param {Color} color */
-export const faded = (color, alpha) =>
+/** A CSS colour with an opacity. @param {Color} color */
+export const withAlpha = (color, alpha) =>
   `${color.css}${Math.round(255 * alpha)
     .toString(16)
     .padStart(2, "0")}`;
@@ -58,7 +61,7 @@ function fromRgb(rgb) {
   return { css, rgb };
 }
 
-/** A colour of even lightness (Ottosson's Oklab), cut to what a screen shows. */
+/** A colour of perceptual lightness (Ottosson's Oklab), clipped to sRGB. */
 function oklch(light, chroma, hue) {
   const [a, b] = [chroma * Math.cos(hue), chroma * Math.sin(hue)];
   const l = (light + 0.3963377774 * a + 0.2158037573 * b) ** 3;

@@ -1,8 +1,10 @@
-//! The protocol's messages, as far as one who follows streams needs them. `protocol/SPEC.md` defines every byte.
+//! The messages of the protocol that a consumer needs. `protocol/SPEC.md` defines every byte.
 //!
-//! In: a type and a body, or a message. Out: a message, or a frame. Invariants: fields have the names of the SPEC;
-//! lists of vertices, edges, critical edges and dots are rows in one Float64Array; a body is read to its last byte or
-//! refused. Must not know: sockets, what is done with messages.
+//! In: a type and a body, or a message.
+//! Out: a message, or a frame.
+//! Invariants: fields have the names of the SPEC. Lists of vertices, edges, critical edges and dots are rows in one
+//! Float64Array. A body is read to its last byte or refused.
+//! Must not know: sockets, what is done with messages.
 
 import {
   BodyError,
@@ -23,10 +25,10 @@ import {
 } from "./bytes.js";
 import { writeFrame } from "./frames.js";
 
-/** The lowest and the highest version spoken here. */
+/** The lowest and the highest version that the page speaks. */
 export const VERSIONS = { lowest: 1, highest: 2 };
 
-/** Which part of a skeleton is shown. @typedef {{cut: any, simplify: any}} View */
+/** The part of a skeleton that is followed. @typedef {{cut: any, simplify: any}} View */
 /** @typedef {{name: string, body: any}} Message */
 /**
  * One living cycle.
@@ -98,7 +100,7 @@ const edges = rows(2, 0);
 const critical = rows(2, 2);
 
 /**
- * Name and body of each type, in both versions and then in the second alone.
+ * Name and body of each type; the third entry is the first version that has it, if that is not 1.
  * @type {Record<number, [string, any, number?]>}
  */
 const MESSAGES = {
@@ -192,7 +194,7 @@ export function readMessage(version, type, body) {
   return message;
 }
 
-/** A whole frame of a message. @param {string} name */
+/** A message as a frame. @param {string} name */
 export function writeMessage(version, channel, name, body = {}) {
   const type = TYPES.get(name);
   const to = new Writer();

@@ -1,16 +1,18 @@
-//! Fields of bodies: values to bytes and back, in bincode 2's standard configuration.
+//! Encoding of fields: values to bytes and back, in bincode 2's standard configuration.
 //!
-//! In: bytes, or values. Out: types, each with `read`, `write` and the fewest bytes that a value takes. Invariants:
-//! nothing is allocated for a list or a text before it is known that its bytes are there; reading throws nothing but
-//! `BodyError`. A whole number is a Number where that is exact, else a BigInt. Must not know: messages, sockets.
+//! In: bytes, or values.
+//! Out: types, each with `read`, `write` and the fewest bytes that a value takes.
+//! Invariants: nothing is allocated for a list or a text before its bytes are known to be there. Reading throws nothing
+//! but `BodyError`. An integer is a Number where that is exact, else a BigInt.
+//! Must not know: messages, sockets.
 
-/** A body is not that of its type. */
+/** A body does not fit its type. */
 export class BodyError extends Error {}
 
 const utf8 = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
 const toUtf8 = new TextEncoder();
 
-/** Takes fields off bytes, from the first to the last. */
+/** Reads fields from bytes, from the first to the last. */
 export class Reader {
   /** @param {Uint8Array} bytes */
   constructor(bytes) {
@@ -19,12 +21,12 @@ export class Reader {
     this.at = 0;
   }
 
-  /** How many bytes are left. */
+  /** The number of bytes left. */
   get left() {
     return this.bytes.length - this.at;
   }
 
-  /** Passes over so many bytes, and tells where they begin. */
+  /** Skips so many bytes. Returns where they begin. */
   take(count) {
     if (count > this.left) throw new BodyError(`${count} bytes are needed at ${this.at}, and ${this.left} are left`);
     this.at += count;
@@ -35,12 +37,12 @@ export class Reader {
     return this.bytes[this.take(1)];
   }
 
-  /** A whole number of at most so many bytes: a Number, or a BigInt where a Number would not be exact. */
+  /** An integer of at most so many bytes: a Number, or a BigInt where a Number would not be exact. */
   unsigned(size) {
-    const mark = this.byte();
-    if (mark < 251) return mark;
-    const wide = 1 << (mark - 250);
-    if (mark > 253 || wide > size) throw new BodyError(`${mark} is no mark of a number of ${8 * size} bits`);
+    const tag = this.byte();
+    if (tag < 251) return tag;
+    const wide = 1 << (tag - 250);
+    if (tag > 253 || wide > size) throw new BodyError(`${tag} is no tag of an integer of ${8 * size} bits`);
     const at = this.take(wide);
     if (wide === 2) return this.view.getUint16(at, true);
     if (wide === 4) return this.view.getUint32(at, true);
@@ -49,7 +51,7 @@ export class Reader {
     return this.view.getBigUint64(at, true);
   }
 
-  /** An id that a Number holds: those of a daemon count from 0 or 1, and none lives long enough to come further. */
+  /** An id, as a Number. Ids count from 0 or 1, so no daemon runs long enough to need more than 53 bits. */
   id() {
     const id = this.unsigned(8);
     if (typeof id === "bigint") throw new BodyError(`id ${id} is above 2^53 - 1, more than this page can hold`);
@@ -68,7 +70,7 @@ export class Reader {
     return byte === 1;
   }
 
-  /** How many elements follow, checked against the bytes that are left. */
+  /** The number of elements that follow, checked against the bytes left. */
   count(smallest) {
     const count = this.unsigned(8);
     if (typeof count === "bigint" || count * smallest > this.left) {
@@ -88,7 +90,7 @@ export class Reader {
   }
 }
 
-/** Appends fields to bytes. For what a consumer says, which is short. */
+/** Appends fields to bytes. A plain array suffices, since messages of a consumer are short. */
 export class Writer {
   constructor() {
     /** @type {number[]} */
@@ -115,7 +117,7 @@ export class Writer {
 }
 
 /**
- * How values of one type are read and written.
+ * A type: how its values are read and written.
  * @typedef {{smallest: number, read: (from: Reader) => any, write: (to: Writer, value: any) => void}} Type
  */
 
@@ -167,7 +169,7 @@ export const tuple = (...parts) => ({
   write: (to, values) => parts.forEach((part, i) => part.write(to, values[i])),
 });
 
-/** Named values in order, as an object. @param {Record<string, Type>} fields @returns {Type} */
+/** Named fields in order, as an object. @param {Record<string, Type>} fields @returns {Type} */
 export const record = (fields) => {
   const entries = Object.entries(fields);
   return {
@@ -184,8 +186,8 @@ export const record = (fields) => {
 };
 
 /**
- * One of several cases: its name where it has no field, else an object of its name and its field.
- * @param {string} what for messages
+ * One of several cases: its name if it has no field, else an object of its name and its field.
+ * @param {string} what the type's name in error messages
  * @param {[string, Type?][]} cases
  * @returns {Type}
  */
@@ -206,8 +208,8 @@ export const oneOf = (what, cases) => ({
 });
 
 /**
- * A list of rows of ids and then numbers, laid out one after the other in one array: nothing is allocated for a row.
- * Read only, as a consumer sends none.
+ * A list of rows, each of ids and then numbers, in one flat array: nothing is allocated for a row. Such lists are only
+ * read, since a consumer sends none.
  * @returns {Type}
  */
 export const rows = (ids, numbers) => ({

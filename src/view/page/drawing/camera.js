@@ -1,10 +1,12 @@
-//! Where one looks at the plane from: centre and scale, moved by pointers, wheel and keys.
+//! The camera of the plane: centre and scale, moved by pointers, wheel and keys.
 //!
-//! In: a canvas and its events, bounds of what is there. Out: centre and scale. Invariants: until the user moves it,
-//! it keeps what is there in view; what is under the fingers stays under them. Must not know: what is drawn.
+//! In: a canvas and its events; bounds of the content.
+//! Out: centre and scale.
+//! Invariants: until the user moves it, the camera keeps the content in view. The point under a pointer stays under it.
+//! Must not know: what is drawn.
 
 const ZOOM_STEP = 1.25;
-/** Free room around what is there. */
+/** How much larger the view is than the content. */
 const MARGIN = 1.1;
 
 export class Camera {
@@ -16,31 +18,30 @@ export class Camera {
     this.y = 0;
     /** CSS pixels a unit. */
     this.scale = 1;
-    /** Whether it follows what is there. */
-    this.fits = true;
-    /** Fingers and buttons that are down, by pointer. @type {Map<number, {x: number, y: number}>} */
+    /** Whether the camera follows the content. */
+    this.isFitting = true;
+    /** Pointers that are down, by id. @type {Map<number, {x: number, y: number}>} */
     this.down = new Map();
-    /** How far the pointers have gone since the first came down. */
+    /** How far the pointers have moved since the first went down. */
     this.travel = 0;
     this.listen();
   }
 
-  /** The place under a point of the canvas. */
-  placeAt(left, top) {
+  /** The point of the plane at a position of the canvas. */
+  pointAt(left, top) {
     const { clientWidth, clientHeight } = this.canvas;
     return [this.x + (left - clientWidth / 2) / this.scale, this.y - (top - clientHeight / 2) / this.scale];
   }
 
-  /** Follows what is there from now on. */
+  /** Follows the content from now on. */
   fit() {
-    this.fits = true;
-    this.bounds = null;
+    this.isFitting = true;
     this.moved();
   }
 
-  /** Takes the bounds of what is there: [left, bottom, right, top]. Small changes leave the view as it is. */
-  take(bounds) {
-    if (!this.fits) return;
+  /** Follows the bounds of the content: [left, bottom, right, top]. Small changes leave the view as it is. */
+  follow(bounds) {
+    if (!this.isFitting) return;
     const [left, bottom, right, top] = bounds;
     const { clientWidth, clientHeight } = this.canvas;
     const fitting = Math.min(clientWidth / (right - left || 1), clientHeight / (top - bottom || 1)) / MARGIN;
@@ -55,23 +56,23 @@ export class Camera {
   pan(right, down) {
     this.x -= right / this.scale;
     this.y += down / this.scale;
-    this.change();
+    this.movedByUser();
   }
 
-  /** Zooms around a point of the canvas. */
+  /** Zooms around a position of the canvas. */
   zoom(factor, left = this.canvas.clientWidth / 2, top = this.canvas.clientHeight / 2) {
-    const [x, y] = this.placeAt(left, top);
+    const [x, y] = this.pointAt(left, top);
     const scale = this.scale * factor;
     if (!(scale > 1e-290 && scale < 1e290)) return;
     this.scale = scale;
-    const [nowX, nowY] = this.placeAt(left, top);
+    const [nowX, nowY] = this.pointAt(left, top);
     this.x += x - nowX;
     this.y += y - nowY;
-    this.change();
+    this.movedByUser();
   }
 
-  change() {
-    this.fits = false;
+  movedByUser() {
+    this.isFitting = false;
     this.moved();
   }
 
@@ -91,7 +92,7 @@ export class Camera {
     canvas.addEventListener("keydown", (event) => this.key(event));
   }
 
-  /** One pointer pans, two pinch. */
+  /** One pointer pans, two pointers zoom. */
   drag(event) {
     const before = this.down.get(event.pointerId);
     if (!before) return;

@@ -1,11 +1,13 @@
-//! The hash that the checksum of a skeleton is the sum of, in halves of 32 bits.
+//! The hash of one row; the sum of such hashes is the checksum of a skeleton.
 //!
-//! In: rows of ids and numbers. Out: 64 bits as two words. Invariants: what `protocol/SPEC.md`, section 7, defines;
-//! nothing is allocated, whatever is hashed. Must not know: skeletons, messages.
+//! In: rows of ids and numbers.
+//! Out: 64 bits as two words of 32 bits.
+//! Invariants: the hash is the one of `protocol/SPEC.md`, section 7. Nothing is allocated.
+//! Must not know: skeletons, messages.
 
 /**
- * The hash in hand: [high, low]. One for all, since nothing runs beside it and a pair for each result would be
- * garbage.
+ * The last result: [high, low]. It is shared, since nothing runs concurrently and a new pair for each result would have
+ * to be collected.
  */
 export const hash = new Int32Array(2);
 
@@ -24,8 +26,8 @@ function highOfProduct(a, b) {
   return (Math.imul(aHigh, bHigh) + (middle >>> 16) + (other >>> 16)) | 0;
 }
 
-/** Takes a word of 64 bits into the hash. */
-function take(wordHigh, wordLow) {
+/** Mixes a word of 64 bits into the hash. */
+function mix(wordHigh, wordLow) {
   let low = hash[1] ^ wordLow;
   let high = hash[0] ^ wordHigh;
   const sum = (low >>> 0) + 0x7f4a7c15;
@@ -49,19 +51,19 @@ function take(wordHigh, wordLow) {
 }
 
 /**
- * Hashes one row: a mark for its kind, then ids as whole numbers, then numbers by their bits. The result is in `hash`.
+ * Hashes one row: a tag for its kind, then ids as integers, then the bits of its numbers. The result is in `hash`.
  * @param {Float64Array} rows
  */
 export function hashRow(kind, rows, at, ids, width) {
   hash[0] = 0;
   hash[1] = 0;
-  take(0, kind);
+  mix(0, kind);
   for (let i = 0; i < ids; i++) {
     const id = rows[at + i];
-    take(Math.floor(id / 0x100000000) | 0, (id % 0x100000000) | 0);
+    mix(Math.floor(id / 0x100000000) | 0, (id % 0x100000000) | 0);
   }
   for (let i = ids; i < width; i++) {
     number[0] = rows[at + i];
-    take(words[1], words[0]);
+    mix(words[1], words[0]);
   }
 }

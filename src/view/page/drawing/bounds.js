@@ -1,9 +1,12 @@
-//! Where the points are, looked at now and then, and how large they are drawn there.
+//! The bounding box of the points, updated now and then.
 //!
-//! In: vertices. Out: a box. Invariants: a look at all points is not taken more often than it is worth. Must not know:
-//! cameras, what is drawn.
+//! In: vertices.
+//! Out: a box; the mean spacing of points in it.
+//! Invariants: all points are scanned at most once per interval, and only after a change.
+//! Must not know: cameras, what is drawn.
 
-const EVERY = 200;
+/** Milliseconds between two scans at the least. */
+const INTERVAL = 200;
 
 /** [left, bottom, right, top]. @typedef {[number, number, number, number]} Box */
 
@@ -12,25 +15,25 @@ export class Bounds {
     this.clear();
   }
 
-  /** Looks anew at the next chance. */
+  /** Scans again at the next update. */
   clear() {
     /** @type {Box | null} */
     this.box = null;
   }
 
-  /** The box around the points, as it was a moment ago; null while there are none. */
-  take(vertices) {
+  /** The box around the points, at most one interval old; null while there are none. */
+  update(vertices) {
     const now = performance.now();
-    if (vertices.count === 0 || (this.box && (vertices.version === this.version || now - this.at < EVERY))) {
+    if (vertices.count === 0 || (this.box && (vertices.version === this.version || now - this.updatedAt < INTERVAL))) {
       return this.box;
     }
-    [this.at, this.version] = [now, vertices.version];
+    [this.updatedAt, this.version] = [now, vertices.version];
     this.box = boxAround(vertices);
     return this.box;
   }
 
-  /** Room that each of so many points has, as a length. */
-  room(count) {
+  /** The mean spacing of so many points in the box. */
+  spacing(count) {
     const [left, bottom, right, top] = this.box ?? [0, 0, 1, 1];
     return Math.sqrt(((right - left) * (top - bottom)) / Math.max(1, count));
   }

@@ -1,24 +1,26 @@
-//! Which track a cycle is, and which cycle is meant by a pointer.
+//! Picking: the cycle at a point of the plane, and the track of a cycle.
 //!
-//! In: what lives in a frame, labels, a place in the plane. Out: tracks, hits. Invariants: a cycle is its track where
-//! it has one, else its label. Must not know: drawing, the page.
+//! In: the tracks of a frame, labels (birth and death) of cycles, a point of the plane.
+//! Out: tracks, picked cycles.
+//! Invariants: a cycle is identified by its track if it has one, else by its label.
+//! Must not know: drawing, the page.
 
 /**
- * What a pointer or a key means: a track, or a cycle without one.
- * @typedef {{track: number | null, birth: number, death: number}} Hit
+ * A picked cycle: its track, if it has one, and its label.
+ * @typedef {{track: number | null, birth: number, death: number}} Pick
  */
 
-/** Finds tracks by the labels that they have in a frame. */
-export class Labels {
+/** The tracks of a frame by their labels. */
+export class TracksByLabel {
   constructor() {
-    this.of = null;
+    this.alive = null;
     this.byDeath = new Map();
   }
 
-  /** Takes the tracks of a frame. @param {import("./protocol.js").Track[]} alive */
-  take(alive) {
-    if (alive === this.of) return;
-    this.of = alive;
+  /** Indexes the tracks of a frame. @param {import("../session/tracks.js").Track[]} alive */
+  update(alive) {
+    if (alive === this.alive) return;
+    this.alive = alive;
     this.byDeath.clear();
     for (const track of alive) {
       const others = this.byDeath.get(track.death);
@@ -27,42 +29,42 @@ export class Labels {
     }
   }
 
-  /** The track of this label, or null. */
+  /** The track with this label, or null. */
   find(birth, death) {
     for (const track of this.byDeath.get(death) ?? []) if (track.birth === birth) return track;
     return null;
   }
 
-  /** @returns {Hit} */
-  hit(birth, death) {
+  /** @returns {Pick} */
+  pick(birth, death) {
     return { track: this.find(birth, death)?.id ?? null, birth, death };
   }
 }
 
-/** Whether this track, or the cycle of this label if it has none, is what is meant. @param {Hit | null} hit */
-export const isMeant = (hit, track, birth, death) =>
-  hit !== null && (track !== null ? hit.track === track : hit.birth === birth && hit.death === death);
+/** Whether a picked cycle is this track, or the cycle with this label if it has no track. @param {Pick | null} pick */
+export const isPicked = (pick, track, birth, death) =>
+  pick !== null && (track !== null ? pick.track === track : pick.birth === birth && pick.death === death);
 
 /**
- * The cycle at a place: the nearest critical edge within reach, else the smallest hole around it.
- * @returns {Hit | null}
+ * The cycle at a point: that of the nearest critical edge within a radius, else that of the smallest hole around it.
+ * @returns {Pick | null}
  */
-export function cycleAt(mirror, beside, labels, x, y, reach) {
-  return criticalAt(mirror, labels, x, y, reach) ?? holeAt(mirror, beside, x, y);
+export function pickCycle(mirror, annotations, tracksByLabel, x, y, radius) {
+  return pickCritical(mirror, tracksByLabel, x, y, radius) ?? pickHole(mirror, annotations, x, y);
 }
 
-function criticalAt({ critical, vertices }, labels, x, y, reach) {
+function pickCritical({ critical, vertices }, tracksByLabel, x, y, radius) {
   const { rows, end } = critical;
-  let [best, nearest] = [-1, reach * reach];
+  let [best, nearest] = [-1, radius * radius];
   for (let at = 0; at < 4 * end; at += 4) {
     if (rows[at] < 0) continue;
     const distance = squaredDistance(vertices, rows[at], rows[at + 1], x, y);
     if (distance < nearest) [best, nearest] = [at, distance];
   }
-  return best < 0 ? null : labels.hit(rows[best + 2], rows[best + 3]);
+  return best < 0 ? null : tracksByLabel.pick(rows[best + 2], rows[best + 3]);
 }
 
-/** The squared distance of a place from an edge. */
+/** The squared distance of a point from an edge. */
 function squaredDistance(vertices, a, b, x, y) {
   const [from, to] = [3 * vertices.find(a), 3 * vertices.find(b)];
   if (from < 0 || to < 0) return Infinity;
@@ -73,15 +75,15 @@ function squaredDistance(vertices, a, b, x, y) {
   return (x - ax - along * dx) ** 2 + (y - ay - along * dy) ** 2;
 }
 
-function holeAt({ vertices, frame }, { alive, cycles }, x, y) {
+function pickHole({ vertices, frame }, { alive, cycles }, x, y) {
   let best = null;
-  // A simplified view lacks most vertices of walks, and shows circles.
-  const isSimple = frame !== null && frame.view.simplify !== "No";
+  // A simplified view lacks most vertices of walks and shows circles instead.
+  const isSimplified = frame !== null && frame.view.simplify !== "No";
   for (const track of alive) {
     if (best && track.area >= best.area) continue;
     const walks = cycles.get(track.id);
     const { center, radius } = track;
-    const isIn = isSimple
+    const isIn = isSimplified
       ? Math.hypot(x - center[0], y - center[1]) < radius
       : walks?.length > 0 && isInside(vertices, walks, x, y);
     if (isIn) best = track;
@@ -89,7 +91,7 @@ function holeAt({ vertices, frame }, { alive, cycles }, x, y) {
   return best && { track: best.id, birth: best.birth, death: best.death };
 }
 
-/** Whether an odd number of the walks' edges lies to the right of a place. */
+/** Whether a point is inside: an odd number of the walks' edges is to the right of it. */
 function isInside(vertices, walks, x, y) {
   let inside = false;
   for (const walk of walks) {
