@@ -1,5 +1,7 @@
 //! What there is to see, and in which form.
 
+use std::collections::BTreeSet;
+
 use hopes_protocol::{Cut, Snapshot};
 use serde_json::{Value, json};
 
@@ -59,7 +61,7 @@ fn the_page_and_its_files_are_there_and_closed_to_others() {
         at += 1;
     }
     assert!(files.len() > 20, "{files:?}");
-    page.get("/no/such/thing").is_refused(404, "begin at /");
+    page.get("/no/such/thing").is_refused(404, "start at /");
     page.get("/../Cargo.toml").is_refused(404, "nothing here");
     page.daemon.stop();
 }
@@ -116,14 +118,10 @@ fn health_and_numbers_are_those_of_the_daemon() {
     assert_eq!(json["streams"], status["streams"]);
     assert_eq!((&json["software"], &json["epoch"]), (&status["software"], &status["epoch"]));
     let metrics = page.get("/metrics");
-    assert_eq!(metrics.field("content-type"), "text/plain; version=0.0.4; charset=utf-8");
+    assert_eq!(metrics.field("content-type"), "application/openmetrics-text; version=1.0.0; charset=utf-8");
     assert_eq!(metrics.field("cache-control"), "no-store");
     let text = String::from_utf8(metrics.fine()).unwrap();
-    let number = |name: &str| -> f64 {
-        let found: Vec<_> = text.lines().filter_map(|line| line.strip_prefix(name)?.strip_prefix(' ')).collect();
-        assert_eq!(found.len(), 1, "{name} in {text}");
-        found[0].parse().unwrap()
-    };
+    let number = |name: &str| sample(&text, name);
     for (name, expected) in [
         ("frames_total", 1),
         ("points", 5),
@@ -140,14 +138,83 @@ fn health_and_numbers_are_those_of_the_daemon() {
     assert!(number("hopes_stream_memory_bytes{stream=\"a \\\"b\\\\ c\"}") > 0.0);
     assert_eq!(number("hopes_streams"), 1.0);
     assert!(number("hopes_connections") >= 1.0 && number("hopes_uptime_seconds") > 0.0);
-    // Every family says what it is, once, before its numbers.
-    for line in text.lines().filter(|line| !line.starts_with('#')) {
-        let name = line.split(['{', ' ']).next().unwrap();
-        for word in ["HELP", "TYPE"] {
-            let says = text.lines().filter(|line| line.starts_with(&format!("# {word} {name} "))).count();
-            assert_eq!(says, 1, "{word} of {name}");
+    is_openmetrics(&text);
+    page.daemon.stop();
+}
+
+/// Every family is described once, its samples follow its description, and the text has an end.
+fn is_openmetrics(text: &str) {
+    assert!(text.ends_with("\n# EOF\n"), "{text}");
+    let mut described = BTreeSet::new();
+    let (mut family, mut kind) = ("", "");
+    for line in text.strip_suffix("# EOF\n").unwrap().lines() {
+        let words: Vec<&str> = line.splitn(4, ' ').collect();
+        match words[..] {
+            ["#", "HELP", name, help] => {
+                assert!(!help.is_empty() && described.insert(name), "{line}");
+                family = name;
+            }
+            ["#", "TYPE", name, is] => {
+                assert_eq!(name, family);
+                kind = is;
+            }
+            ["#", "UNIT", name, unit] => assert!(name == family && name.ends_with(&format!("_{unit}")), "{line}"),
+            _ => {
+                let name = line.split(['{', ' ']).next().unwrap();
+                let suffix = name.strip_prefix(family).unwrap_or_else(|| panic!("{line} among {family}"));
+                let suffixes: &[&str] = match kind {
+                    "counter" => &["_total"],
+                    "gauge" => &[""],
+                    "histogram" => &["_bucket", "_count", "_sum"],
+                    _ => panic!("{family} is a {kind}"),
+                };
+                assert!(suffixes.contains(&suffix), "{line} of a {kind}");
+            }
         }
     }
+}
+
+/// The value of the only sample with this name and these labels.
+fn sample(text: &str, name: &str) -> f64 {
+    let found: Vec<_> = text.lines().filter_map(|line| line.strip_prefix(name)?.strip_prefix(' ')).collect();
+    assert_eq!(found.len(), 1, "{name} in {text}");
+    found[0].parse().unwrap()
+}
+
+#[test]
+fn frame_times_are_histograms_of_each_stream() {
+    let page = Page::start("");
+    let _consumer = page.daemon.consumer("cam", FULL);
+    let mut producer = page.daemon.producer("cam");
+    for frame in 1..=5 {
+        producer.frame(&[(f64::from(frame), 0.0), (0.0, f64::from(frame))]);
+    }
+    let text = eventually("five frames are counted", || {
+        let text = String::from_utf8(page.get("/metrics").fine()).unwrap();
+        (sample(&text, "hopes_stream_frame_seconds_count{stream=\"cam\"}") == 5.0).then_some(text)
+    });
+    is_openmetrics(&text);
+    for stage in ["frame", "triangulation", "reduction", "publishing"] {
+        let of = |suffix: &str| sample(&text, &format!("hopes_stream_{stage}_seconds_{suffix}"));
+        let count = of("count{stream=\"cam\"}");
+        assert!(count >= 1.0, "{count} frames in {stage}");
+        assert_eq!(of("bucket{le=\"+Inf\",stream=\"cam\"}"), count);
+        assert!(of("sum{stream=\"cam\"}") > 0.0);
+    }
+    page.daemon.stop();
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn metrics_of_the_process_have_their_standard_names() {
+    let page = Page::start("");
+    let text = String::from_utf8(page.get("/metrics").fine()).unwrap();
+    assert!(sample(&text, "process_cpu_seconds_total") >= 0.0);
+    assert!(sample(&text, "process_virtual_memory_bytes") >= sample(&text, "process_resident_memory_bytes"));
+    assert!(sample(&text, "process_resident_memory_bytes") > 1e6);
+    assert!(sample(&text, "process_open_fds") > 3.0);
+    assert!(sample(&text, "process_threads") > 1.0);
+    assert!(sample(&text, "process_start_time_seconds") > 1.7e9);
     page.daemon.stop();
 }
 
@@ -239,7 +306,7 @@ fn questions_that_make_no_sense_say_why() {
         ("?alpha=-1", "alpha is a radius"),
         ("?alpha=1&k=1", "different views"),
         ("?format=png", "json, geojson, svg"),
-        ("?color=red", "\"color\" cannot be asked for"),
+        ("?color=red", "\"color\" cannot be requested"),
         ("?k=%", "two digits"),
     ] {
         page.get(&path("cam", query)).is_refused(400, words);

@@ -27,7 +27,7 @@ fn a_thousand_idle_connections_are_harmless() {
     // Who is one too many is told so, and the others are sent away in time.
     let turned_away = idle.split_off(300);
     for stream in turned_away.into_iter().step_by(50) {
-        Visitor(stream).reply().unwrap().is_refused(503, "256 visitors");
+        Visitor(stream).reply().unwrap().is_refused(503, "256 clients");
     }
     for _ in 0..10 {
         pair.step();
@@ -60,7 +60,7 @@ fn who_does_not_come_to_the_point_is_sent_away() {
     }
     assert!(begun.elapsed() > Duration::from_millis(1900), "after {:?}", begun.elapsed());
     assert!(begun.elapsed() < Duration::from_secs(30));
-    slow.reply().unwrap().is_refused(408, "has to come in time");
+    slow.reply().unwrap().is_refused(408, "must be complete in time");
     assert_eq!(silent.reply(), None);
     page.daemon.stop();
 }

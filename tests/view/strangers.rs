@@ -33,12 +33,12 @@ fn the_page_answers_to_its_own_names_only() {
         String::new(),
     ] {
         for path in ["/", "/healthz", "/metrics", "/api/streams", "/ws", "/nowhere"] {
-            asks(&page, path, &format!("Host: {host}\r\n")).is_refused(421, "this place is not called");
+            asks(&page, path, &format!("Host: {host}\r\n")).is_refused(421, "this server is not");
         }
     }
-    asks(&page, "/healthz", "").is_refused(400, "names its Host, once");
+    asks(&page, "/healthz", "").is_refused(400, "needs one Host field");
     let twice = format!("Host: localhost:{port}\r\nHost: localhost:{port}\r\n");
-    asks(&page, "/healthz", &twice).is_refused(400, "names its Host, once");
+    asks(&page, "/healthz", &twice).is_refused(400, "needs one Host field");
     page.daemon.stop();
 }
 
@@ -75,12 +75,12 @@ fn what_asks_for_a_websocket_wrongly_is_told_how() {
     let page = Page::start("");
     let own = format!("Host: {0}\r\nOrigin: http://{0}\r\n", page.host);
     let plain = asks(&page, "/ws", &own);
-    plain.is_refused(426, "ask for an upgrade");
+    plain.is_refused(426, "request an upgrade");
     assert_eq!((plain.field("upgrade"), plain.field("sec-websocket-version")), ("websocket", "13"));
     for (instead, of, status, words) in [
         ("Version: 8", "Version: 13", 426, "is 13"),
-        ("Upgrade: h2c", "Upgrade: websocket", 426, "ask for an upgrade"),
-        ("Connection: close", "Connection: keep-alive, Upgrade", 426, "ask for an upgrade"),
+        ("Upgrade: h2c", "Upgrade: websocket", 426, "request an upgrade"),
+        ("Connection: close", "Connection: keep-alive, Upgrade", 426, "request an upgrade"),
         ("c2hvcnQ=", "dGhlIHNhbXBsZSBub25jZQ==", 400, "16 bytes"),
         ("????", "dGhlIHNhbXBsZSBub25jZQ==", 400, "16 bytes"),
         ("Version: 13\r\nSec-WebSocket-Protocol: chat, hope", "Version: 13", 400, "hopes"),
