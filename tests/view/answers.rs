@@ -1,4 +1,4 @@
-//! What there is to see, and in which form.
+//! The resources of the page's server, and their formats.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use super::page::Page;
 use crate::common::process::{eventually, hopes};
 use crate::common::roles::{FULL, is_fine, open};
 
-/// A square with a point in the middle of nothing.
+/// A quadrilateral, and a point far away from it.
 const SQUARE: [(f64, f64); 5] = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.5), (0.0, 4.25), (20.0, 2.0)];
 
 fn with_square(name: &str) -> Page {
@@ -24,7 +24,7 @@ fn path(name: &str, query: &str) -> String {
 }
 
 #[test]
-fn the_page_and_its_files_are_there_and_closed_to_others() {
+fn the_page_and_its_files_are_served_with_strict_headers() {
     let page = Page::start("");
     let answer = page.get("/");
     assert_eq!(answer.field("content-type"), "text/html; charset=utf-8");
@@ -42,7 +42,7 @@ fn the_page_and_its_files_are_there_and_closed_to_others() {
     assert_eq!(answer.field("referrer-policy"), "no-referrer");
     assert_eq!(answer.field("cross-origin-resource-policy"), "same-origin");
     assert!(!answer.fields.contains_key("access-control-allow-origin"));
-    let html = String::from_utf8(answer.fine()).unwrap();
+    let html = String::from_utf8(answer.ok()).unwrap();
     // Every file that the page names, and every module that these import, is served with its media type.
     let mut files = named_files("/", &html);
     let mut at = 0;
@@ -52,7 +52,7 @@ fn the_page_and_its_files_are_there_and_closed_to_others() {
         let media_type = if is_script { "text/javascript; charset=utf-8" } else { "text/css; charset=utf-8" };
         assert_eq!(answer.field("content-type"), media_type, "{file}");
         assert_eq!(answer.field("content-security-policy"), policy);
-        let text = String::from_utf8(answer.fine()).unwrap();
+        let text = String::from_utf8(answer.ok()).unwrap();
         for imported in named_files(&file, &text) {
             if !files.contains(&imported) {
                 files.push(imported);
@@ -78,12 +78,13 @@ fn named_files(path: &str, text: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_file_is_sent_once_a_version() {
+fn a_file_is_sent_once_per_version() {
     let page = Page::start("");
     let first = page.get("/");
     assert_eq!(first.field("cache-control"), "no-cache");
     let tag = first.field("etag").to_owned();
-    let again = |tag: &str| page.ask(&format!("GET / HTTP/1.1\r\nHost: {}\r\nIf-None-Match: {tag}\r\n\r\n", page.host));
+    let again =
+        |tag: &str| page.request(&format!("GET / HTTP/1.1\r\nHost: {}\r\nIf-None-Match: {tag}\r\n\r\n", page.host));
     for tag in [tag.clone(), format!("\"x\", {tag}"), format!("W/{tag}")] {
         let known = again(&tag);
         assert_eq!((known.status, known.field("etag"), known.body.len()), (304, first.field("etag"), 0), "{tag}");
@@ -93,10 +94,10 @@ fn a_file_is_sent_once_a_version() {
 }
 
 #[test]
-fn a_head_is_an_answer_without_its_body() {
+fn the_response_to_head_has_no_body() {
     let page = with_square("cam");
     for path in ["/", "/healthz", &path("cam", "?full"), "/nowhere"] {
-        let head = page.ask(&format!("HEAD {path} HTTP/1.1\r\nHost: {}\r\n\r\n", page.host));
+        let head = page.request(&format!("HEAD {path} HTTP/1.1\r\nHost: {}\r\n\r\n", page.host));
         let whole = page.get(path);
         assert_eq!((head.status, &head.fields, head.body.len()), (whole.status, &whole.fields, 0), "{path}");
         assert!(!whole.body.is_empty());
@@ -105,10 +106,10 @@ fn a_head_is_an_answer_without_its_body() {
 }
 
 #[test]
-fn health_and_numbers_are_those_of_the_daemon() {
+fn health_status_and_metrics_are_those_of_the_daemon() {
     let page = with_square("a \"b\\ c");
     let _consumer = page.daemon.consumer("a*", FULL);
-    assert_eq!(page.get("/healthz").fine(), b"ok\n");
+    assert_eq!(page.get("/healthz").ok(), b"ok\n");
     let json = eventually("the consumer is counted", || {
         let json = page.get("/api/streams").json();
         (json["streams"][0]["info"]["consumers"] == 1).then_some(json)
@@ -120,7 +121,7 @@ fn health_and_numbers_are_those_of_the_daemon() {
     let metrics = page.get("/metrics");
     assert_eq!(metrics.field("content-type"), "application/openmetrics-text; version=1.0.0; charset=utf-8");
     assert_eq!(metrics.field("cache-control"), "no-store");
-    let text = String::from_utf8(metrics.fine()).unwrap();
+    let text = String::from_utf8(metrics.ok()).unwrap();
     let number = |name: &str| sample(&text, name);
     for (name, expected) in [
         ("frames_total", 1),
@@ -142,7 +143,7 @@ fn health_and_numbers_are_those_of_the_daemon() {
     page.daemon.stop();
 }
 
-/// Every family is described once, its samples follow its description, and the text has an end.
+/// Checks the format: each family is described once, its samples follow, and the text ends with the marker.
 fn is_openmetrics(text: &str) {
     assert!(text.ends_with("\n# EOF\n"), "{text}");
     let mut described = BTreeSet::new();
@@ -190,7 +191,7 @@ fn frame_times_are_histograms_of_each_stream() {
         producer.frame(&[(f64::from(frame), 0.0), (0.0, f64::from(frame))]);
     }
     let text = eventually("five frames are counted", || {
-        let text = String::from_utf8(page.get("/metrics").fine()).unwrap();
+        let text = String::from_utf8(page.get("/metrics").ok()).unwrap();
         (sample(&text, "hopes_stream_frame_seconds_count{stream=\"cam\"}") == 5.0).then_some(text)
     });
     is_openmetrics(&text);
@@ -208,7 +209,7 @@ fn frame_times_are_histograms_of_each_stream() {
 #[cfg(target_os = "linux")]
 fn metrics_of_the_process_have_their_standard_names() {
     let page = Page::start("");
-    let text = String::from_utf8(page.get("/metrics").fine()).unwrap();
+    let text = String::from_utf8(page.get("/metrics").ok()).unwrap();
     assert!(sample(&text, "process_cpu_seconds_total") >= 0.0);
     assert!(sample(&text, "process_virtual_memory_bytes") >= sample(&text, "process_resident_memory_bytes"));
     assert!(sample(&text, "process_resident_memory_bytes") > 1e6);
@@ -219,7 +220,7 @@ fn metrics_of_the_process_have_their_standard_names() {
 }
 
 #[test]
-fn a_snapshot_is_what_a_consumer_of_that_view_is_sent() {
+fn a_snapshot_is_that_of_a_consumer_of_the_same_view() {
     let page = with_square("cam");
     for (query, cut) in [
         ("", Cut::Derived(1, 1)),
@@ -240,7 +241,7 @@ fn a_snapshot_is_what_a_consumer_of_that_view_is_sent() {
     page.daemon.stop();
 }
 
-/// A query to which something can be added.
+/// A query to which a parameter can be appended.
 fn joined(query: &str) -> String {
     match query.replace("format=json", "") {
         query if query.is_empty() => "?".to_owned(),
@@ -262,19 +263,19 @@ fn geojson_shows(json: &Value, shown: &Snapshot) {
 }
 
 #[test]
-fn a_snapshot_is_a_picture_too() {
-    // Names are anybody's, and stand in the picture.
+fn a_snapshot_as_svg_shows_its_elements() {
+    // The name is part of the picture.
     let name = "<b>&%2F";
     let page = with_square("<b>&/");
     let answer = page.get(&path(name, "?format=svg&full"));
     assert_eq!(answer.field("content-type"), "image/svg+xml");
-    let text = String::from_utf8(answer.fine()).unwrap();
+    let text = String::from_utf8(answer.ok()).unwrap();
     let svg = roxmltree::Document::parse(&text).unwrap();
     let drawn = |class: &str| -> usize {
         let of_class = svg.descendants().filter(|node| node.attribute("class") == Some(class));
         of_class.map(|node| node.attribute("d").unwrap().matches('M').count()).sum()
     };
-    // The spanning tree of five points, and all cycles that the plane has of them.
+    // The spanning tree of five points, and all their cycles.
     let shown = page.get(&path(name, "?full")).json();
     let cycles = shown["critical"]["set"].as_array().unwrap().len();
     assert!(cycles > 0);
@@ -288,7 +289,7 @@ fn pictures_are_bounded_by_their_pixels() {
     let page = Page::start("");
     let mut random = crate::common::random::Random::new(7);
     let mut producer = page.daemon.producer("many");
-    let svg = |page: &Page| page.get(&path("many", "?format=svg&full")).fine().len();
+    let svg = |page: &Page| page.get(&path("many", "?format=svg&full")).ok().len();
     producer.frame(&[(0.0, 0.0), (1e6, 1e6)]);
     let few = svg(&page);
     // All within one pixel.
@@ -320,31 +321,31 @@ fn questions_that_make_no_sense_say_why() {
 }
 
 #[test]
-fn many_snapshots_of_many_views_leave_nothing_behind_for_the_engine() {
+fn snapshots_of_many_views_cost_later_frames_nothing() {
     let page = with_square("cam");
     let mut producer = page.daemon.producer("cam");
     for l in 1..=40 {
-        page.get(&path("cam", &format!("?k=1&l={l}"))).fine();
+        page.get(&path("cam", &format!("?k=1&l={l}"))).ok();
     }
     let before = page.daemon.stream("cam");
     assert_eq!(before.info.consumers, 0);
     producer.frame(&[(1.0, 1.0)]);
     let newest = page.get(&path("cam", "?full")).json();
     assert_eq!((&newest["frame"], &newest["points"]), (&json!(2), &json!(6)));
-    // One skeleton for the frame, whatever was glanced at before.
+    // One skeleton for the frame, whichever snapshots were requested before.
     assert!(page.daemon.stream("cam").computed <= before.computed + 1);
     page.daemon.stop();
 }
 
 #[test]
-fn stdin_is_shown_without_any_other_socket() {
+fn the_stream_of_stdin_is_shown_without_listen() {
     let mut running = hopes("serve --view 127.0.0.1:0").start();
     let host = super::page::listening_page(&mut running);
     running.say("0,0\n3,0\n0,4\n\n");
     let ask = |path: &str| {
-        let mut visitor = super::page::Visitor::at(&host);
-        visitor.say(format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes());
-        visitor.reply().unwrap()
+        let mut client = super::page::HttpClient::at(&host);
+        client.send(format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes());
+        client.reply().unwrap()
     };
     let shown = eventually("the frame is there", || {
         let answer = ask(&path("default", "?full"));
@@ -353,5 +354,5 @@ fn stdin_is_shown_without_any_other_socket() {
     assert_eq!(shown["points"], 3);
     running.signal(rustix::process::Signal::TERM);
     let finished = is_fine(running.finish());
-    assert!(finished.out.is_empty(), "nobody has asked for --output");
+    assert!(finished.out.is_empty(), "--output was not given");
 }

@@ -1,7 +1,9 @@
-//! A daemon with a page, and a visitor who says every byte himself.
+//! A daemon with a page, and an HTTP client of which every byte is chosen by the test.
 //!
-//! In: requests. Out: answers, taken apart. Invariants: all waiting has a deadline; an answer has as many bytes as it
-//! says.
+//! In: bytes of requests.
+//! Out: parsed responses.
+//! Invariants: all waiting has a deadline. A response has as many bytes as its `Content-Length` says.
+//! Must not know: what tests check.
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read, Write};
@@ -11,7 +13,7 @@ use std::time::Duration;
 use crate::common::client::Client;
 use crate::common::roles::{Consumer, Daemon, FULL, subscribe};
 
-/// How long an answer may take, on a slow and busy machine.
+/// How long a response may take, on a slow and busy machine.
 const PATIENCE: Duration = Duration::from_secs(100);
 
 /// A daemon on a socket, with a page.
@@ -22,12 +24,12 @@ pub struct Page {
 }
 
 impl Page {
-    /// With options of `serve`.
+    /// Starts a daemon with further options of `serve`.
     pub fn start(options: &str) -> Self {
         Self::at("127.0.0.1:0", options)
     }
 
-    /// With its page at an address.
+    /// Starts a daemon with its page at an address.
     pub fn at(address: &str, options: &str) -> Self {
         let mut daemon = Daemon::start(&format!("--view {address} {options}"));
         let line = daemon.running.until_log("the page is at http://");
@@ -39,46 +41,46 @@ impl Page {
         self.host.rsplit_once(':').unwrap().1
     }
 
-    /// Somebody who has connected and said nothing.
-    pub fn visitor(&self) -> Visitor {
-        Visitor::at(&format!("127.0.0.1:{}", self.port()))
+    /// A client that has connected and sent nothing.
+    pub fn client(&self) -> HttpClient {
+        HttpClient::at(&format!("127.0.0.1:{}", self.port()))
     }
 
-    /// The answer to a polite request.
+    /// The response to a valid request.
     pub fn get(&self, path: &str) -> Reply {
-        self.ask(&format!("GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", self.host))
+        self.request(&format!("GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", self.host))
     }
 
-    /// The answer to any bytes.
-    pub fn ask(&self, request: &str) -> Reply {
-        let mut visitor = self.visitor();
-        visitor.say(request.as_bytes());
-        visitor.reply().expect("there is an answer")
+    /// The response to any bytes.
+    pub fn request(&self, request: &str) -> Reply {
+        let mut client = self.client();
+        client.send(request.as_bytes());
+        client.reply().expect("there is a response")
     }
 
-    /// As that; none, if nobody answers.
+    /// As `get`; none if there is no response.
     pub fn try_get(&self, path: &str) -> Option<Reply> {
-        let mut visitor = self.visitor();
+        let mut client = self.client();
         let request = format!("GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", self.host);
-        visitor.0.write_all(request.as_bytes()).ok()?;
-        visitor.reply()
+        client.0.write_all(request.as_bytes()).ok()?;
+        client.reply()
     }
 
-    /// A consumer who has come by the page.
-    pub fn guest_consumer(&self, stream: &str) -> Consumer {
-        Consumer::subscribe(self.guest(), subscribe(stream, FULL))
+    /// A consumer that is connected by WebSocket.
+    pub fn websocket_consumer(&self, stream: &str) -> Consumer {
+        Consumer::subscribe(self.websocket(), subscribe(stream, FULL))
     }
 
-    /// A peer of the daemon who has come by the page.
-    pub fn guest(&self) -> Client {
+    /// A client of the protocol that is connected by WebSocket.
+    pub fn websocket(&self) -> Client {
         Client::greeted(&format!("ws:{}", self.host))
     }
 }
 
-/// A connection.
-pub struct Visitor(pub TcpStream);
+/// A connection to the page.
+pub struct HttpClient(pub TcpStream);
 
-impl Visitor {
+impl HttpClient {
     pub fn at(host: &str) -> Self {
         let stream = TcpStream::connect(host).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -86,31 +88,31 @@ impl Visitor {
         Self(stream)
     }
 
-    pub fn say(&mut self, bytes: &[u8]) {
-        self.0.write_all(bytes).expect("the page listens");
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.0.write_all(bytes).expect("the page accepts bytes");
     }
 
-    /// All that comes until the other end hangs up.
+    /// All bytes until the page closes the connection.
     pub fn rest(&mut self) -> Vec<u8> {
         let mut all = Vec::new();
         match self.0.read_to_end(&mut all) {
             Ok(_) => all,
             Err(error) if matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::BrokenPipe) => all,
-            Err(error) => panic!("the page neither answers nor hangs up: {error}"),
+            Err(error) => panic!("the page neither responds nor closes the connection: {error}"),
         }
     }
 
-    /// The answer; none if the other end hangs up without one.
+    /// The response; none if the page closes the connection without one.
     pub fn reply(&mut self) -> Option<Reply> {
         Reply::parse(&self.rest())
     }
 }
 
-/// An answer.
+/// A response.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reply {
     pub status: u16,
-    /// Names in small letters.
+    /// Names are in lower case.
     pub fields: BTreeMap<String, String>,
     pub body: Vec<u8>,
 }
@@ -128,7 +130,7 @@ impl Reply {
         for line in lines {
             let (name, value) = line.split_once(": ").unwrap();
             let twice = fields.insert(name.to_ascii_lowercase(), value.to_owned());
-            assert_eq!(twice, None, "{name} stands there twice");
+            assert_eq!(twice, None, "{name} is there twice");
         }
         Some(Self { status, fields, body: bytes[end + 4..].to_vec() })
     }
@@ -141,15 +143,15 @@ impl Reply {
         str::from_utf8(&self.body).unwrap()
     }
 
-    /// The body of an answer that is as it should be.
-    pub fn fine(self) -> Vec<u8> {
+    /// The body of a response of status 200.
+    pub fn ok(self) -> Vec<u8> {
         assert_eq!(self.status, 200, "{}", self.text());
         assert_eq!(self.field("content-length"), self.body.len().to_string());
         self.body
     }
 
     pub fn json(self) -> serde_json::Value {
-        serde_json::from_slice(&self.fine()).unwrap()
+        serde_json::from_slice(&self.ok()).unwrap()
     }
 
     /// A refusal whose text has these words.
@@ -159,7 +161,7 @@ impl Reply {
     }
 }
 
-/// The next page that a daemon without a socket says it has.
+/// Host and port of the page, which a daemon without a socket logs next.
 pub fn listening_page(running: &mut crate::common::process::Running) -> String {
     let line = running.until_log("the page is at http://");
     line.trim_end().trim_end_matches('/').split_once("http://").unwrap().1.to_owned()

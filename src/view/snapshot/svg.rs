@@ -58,9 +58,11 @@ pub fn write(name: &str, snapshot: &Snapshot) -> String {
     let projection = Projection::new(snapshot);
     let frame = &snapshot.frame;
     let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\">\n\
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
+         viewBox=\"0 0 {WIDTH} {HEIGHT}\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
-         <text x=\"{MARGIN}\" y=\"{HEADLINE}\" font-family=\"sans-serif\" font-size=\"16\" fill=\"#222\">{}: frame {}, {} points, {} components, {} cycles</text>\n",
+         <text x=\"{MARGIN}\" y=\"{HEADLINE}\" font-family=\"sans-serif\" font-size=\"16\" fill=\"#222\">\
+         {}: frame {}, {} points, {} components, {} cycles</text>\n",
         escape(name),
         frame.number,
         frame.vertices,
@@ -104,7 +106,8 @@ fn path(out: &mut String, class: &str, colour: &str, width: f64, lines: impl Ite
     // Writing into a string does not fail.
     let _ = write!(
         out,
-        "<path class=\"{class}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linecap=\"round\" d=\""
+        "<path class=\"{class}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
+         stroke-linecap=\"round\" d=\""
     );
     let half = |number: i32| f64::from(number) / 2.0;
     for [(x1, y1), (x2, y2)] in lines {

@@ -1,7 +1,10 @@
-"""What can be seen: pixels of a picture on the page, counted by colour.
+"""Pixels of an element on the page, counted by colour.
 
-In: an element of a page. Out: counts. Invariants: pixels are those of a screenshot, so what counts is what a person would
-see, and the page is not asked; pictures are read in a page of their own. Must not know: what is drawn.
+In: an element of a page.
+Out: counts.
+Invariants: pixels are those of a screenshot, so they are what a person would see, and the page is not asked.
+Screenshots are decoded in a page of their own.
+Must not know: what is drawn.
 """
 
 from __future__ import annotations
@@ -11,8 +14,8 @@ from dataclasses import dataclass
 
 from playwright.sync_api import Page
 
-# Greys of the style sheet that pixels are told apart by. What is strong in colour is `vivid`, as lines of cycles are; what
-# is pale is `tinted`, as their holes are.
+# Greys of the style sheet; a grey pixel counts as the nearest one. A pixel of a strong colour is `vivid`, as lines of
+# cycles are; one of a pale colour is `tinted`, as their holes are.
 NAMES = ("panel", "point", "edge")
 
 _READ = """
@@ -77,7 +80,7 @@ _COLORS = """
 
 @dataclass
 class Picture:
-    """A picture on a page, as it was at one time."""
+    """A screenshot of an element, and its counts."""
 
     png: str
     panel: int
@@ -87,21 +90,22 @@ class Picture:
     tinted: int
 
 
-class Eyes:
-    """Looks at pages, from a page of its own."""
+class PictureReader:
+    """Takes screenshots of pages, and counts their pixels in a page of its own."""
 
     def __init__(self, own: Page) -> None:
         self._own = own
 
-    def glance(self, page: Page, element: str) -> str:
-        """A picture that nobody has looked at yet."""
+    def screenshot(self, page: Page, element: str) -> str:
+        """A screenshot of an element, as PNG in base64."""
         return base64.b64encode(page.locator(element).screenshot()).decode()
 
-    def look(self, page: Page, png: str) -> Picture:
+    def count(self, page: Page, png: str) -> Picture:
+        """The counts of a screenshot, by the colours of its page."""
         counts = self._own.evaluate(_COUNT, [png, page.evaluate(_COLORS, NAMES)])
         return Picture(png, **counts)
 
     def difference(self, one: Picture, other: Picture) -> float:
-        """How many pixels differ."""
+        """The number of pixels that differ."""
         count: float = self._own.evaluate(_DIFFER, [one.png, other.png])
         return count

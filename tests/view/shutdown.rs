@@ -1,4 +1,4 @@
-//! The end of a daemon with a page.
+//! The shutdown of a daemon with a page.
 
 use hopes_protocol::*;
 use rustix::process::Signal;
@@ -8,16 +8,16 @@ use crate::common::client::Socket;
 use crate::common::roles::{Consumer, is_fine};
 
 #[test]
-fn those_at_the_page_hear_the_last_frame_and_goodbye() {
+fn websocket_consumers_get_the_last_frame_and_a_goodbye() {
     let page = Page::start("");
     let mut producer = page.daemon.producer("cam");
     producer.frame(&[(0.0, 0.0), (1.0, 0.0)]);
-    let mut there = page.guest_consumer("cam");
+    let mut there = page.websocket_consumer("cam");
     there.is_shown(Cause::Start);
-    // Accepted, and not committed: it is a frame all the same.
+    // The batch is accepted but not committed; the shutdown makes a frame of it.
     let batch = producer.batch(&[(0.0, 2.0)]);
     producer.is_accepted(batch, 1);
-    let mut idle = page.visitor();
+    let mut idle = page.client();
     page.daemon.running.signal(Signal::TERM);
     let Message::Diff(last) = there.next() else { panic!("the last frame is due") };
     assert_eq!((last.frame.number, last.frame.vertices), (2, 3));
@@ -26,9 +26,9 @@ fn those_at_the_page_hear_the_last_frame_and_goodbye() {
         panic!("{rest:?}")
     };
     assert_eq!((closed.frame, &goodbye.streams[..]), (2, &[("cam".to_owned(), 2)][..]));
-    let Socket::Web(web) = &there.client.socket else { panic!("a guest comes by WebSocket") };
+    let Socket::Web(web) = &there.client.socket else { panic!("it is connected by WebSocket") };
     assert_eq!(web.closed, Some(1001));
     assert_eq!(idle.reply(), None);
     is_fine(page.daemon.running.ends());
-    assert!(std::net::TcpStream::connect(&page.host).is_err(), "nobody listens any more");
+    assert!(std::net::TcpStream::connect(&page.host).is_err(), "the port is closed");
 }

@@ -1,24 +1,24 @@
-//! Whoever was not meant: pages of other sites, names that lead here by a trick, other machines, wrong words.
+//! Requests that are refused: of other origins, for other hosts, of other machines, and invalid ones.
 
 use rustix::process::Signal;
 
-use super::page::{Page, Reply, Visitor, listening_page};
+use super::page::{HttpClient, Page, Reply, listening_page};
 use crate::common::process::hopes;
 use crate::common::roles::is_fine;
 
-fn asks(page: &Page, path: &str, fields: &str) -> Reply {
-    page.ask(&format!("GET {path} HTTP/1.1\r\n{fields}\r\n"))
+fn request(page: &Page, path: &str, fields: &str) -> Reply {
+    page.request(&format!("GET {path} HTTP/1.1\r\n{fields}\r\n"))
 }
 
 const UPGRADE: &str = "Upgrade: websocket\r\nConnection: keep-alive, Upgrade\r\nSec-WebSocket-Version: 13\r\n\
     Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
 
 #[test]
-fn the_page_answers_to_its_own_names_only() {
+fn only_requests_for_its_own_hosts_are_answered() {
     let page = Page::start("");
     let port = page.port();
     for host in ["localhost", "127.0.0.1", "[::1]", "LocalHost"] {
-        asks(&page, "/healthz", &format!("Host: {host}:{port}\r\n")).fine();
+        request(&page, "/healthz", &format!("Host: {host}:{port}\r\n")).ok();
     }
     let other = if port == "4242" { "4243" } else { "4242" };
     for host in [
@@ -33,17 +33,17 @@ fn the_page_answers_to_its_own_names_only() {
         String::new(),
     ] {
         for path in ["/", "/healthz", "/metrics", "/api/streams", "/ws", "/nowhere"] {
-            asks(&page, path, &format!("Host: {host}\r\n")).is_refused(421, "this server is not");
+            request(&page, path, &format!("Host: {host}\r\n")).is_refused(421, "this server is not");
         }
     }
-    asks(&page, "/healthz", "").is_refused(400, "needs one Host field");
+    request(&page, "/healthz", "").is_refused(400, "needs one Host field");
     let twice = format!("Host: localhost:{port}\r\nHost: localhost:{port}\r\n");
-    asks(&page, "/healthz", &twice).is_refused(400, "needs one Host field");
+    request(&page, "/healthz", &twice).is_refused(400, "needs one Host field");
     page.daemon.stop();
 }
 
 #[test]
-fn pages_of_other_places_are_told_nothing() {
+fn requests_of_other_origins_are_refused() {
     let page = Page::start("");
     let (host, port) = (&page.host, page.port());
     for origin in [
@@ -58,23 +58,23 @@ fn pages_of_other_places_are_told_nothing() {
         &format!("http://{host}/"),
     ] {
         for path in ["/", "/api/streams", "/metrics"] {
-            asks(&page, path, &format!("Host: {host}\r\nOrigin: {origin}\r\n")).is_refused(403, "Origin");
+            request(&page, path, &format!("Host: {host}\r\nOrigin: {origin}\r\n")).is_refused(403, "Origin");
         }
-        asks(&page, "/ws", &format!("Host: {host}\r\nOrigin: {origin}\r\n{UPGRADE}")).is_refused(403, "Origin");
+        request(&page, "/ws", &format!("Host: {host}\r\nOrigin: {origin}\r\n{UPGRADE}")).is_refused(403, "Origin");
     }
     let own = format!("Host: {host}\r\nOrigin: http://{host}\r\n");
-    asks(&page, "/api/streams", &own).fine();
-    asks(&page, "/api/streams", &format!("{own}Origin: http://{host}\r\n")).is_refused(403, "Origin");
-    // Without an Origin it is no page, or one that hides where it is from: no WebSocket for that.
-    asks(&page, "/ws", &format!("Host: {host}\r\n{UPGRADE}")).is_refused(403, "Origin is missing");
+    request(&page, "/api/streams", &own).ok();
+    request(&page, "/api/streams", &format!("{own}Origin: http://{host}\r\n")).is_refused(403, "Origin");
+    // A request without an Origin does not prove that it is from the own page.
+    request(&page, "/ws", &format!("Host: {host}\r\n{UPGRADE}")).is_refused(403, "Origin is missing");
     page.daemon.stop();
 }
 
 #[test]
-fn what_asks_for_a_websocket_wrongly_is_told_how() {
+fn invalid_requests_for_a_websocket_are_refused() {
     let page = Page::start("");
     let own = format!("Host: {0}\r\nOrigin: http://{0}\r\n", page.host);
-    let plain = asks(&page, "/ws", &own);
+    let plain = request(&page, "/ws", &own);
     plain.is_refused(426, "request an upgrade");
     assert_eq!((plain.field("upgrade"), plain.field("sec-websocket-version")), ("websocket", "13"));
     for (instead, of, status, words) in [
@@ -87,7 +87,7 @@ fn what_asks_for_a_websocket_wrongly_is_told_how() {
     ] {
         assert!(UPGRADE.contains(of));
         let fields = format!("{own}{}", UPGRADE.replace(of, instead));
-        asks(&page, "/ws", &fields).is_refused(status, words);
+        request(&page, "/ws", &fields).is_refused(status, words);
     }
     page.daemon.stop();
 }
@@ -99,7 +99,7 @@ fn nothing_can_be_changed() {
         let body = "x".repeat(5000);
         let request =
             format!("{method} /api/streams HTTP/1.1\r\nHost: {}\r\nContent-Length: 5000\r\n\r\n{body}", page.host);
-        let answer = page.ask(&request);
+        let answer = page.request(&request);
         answer.is_refused(405, "GET and HEAD");
         assert_eq!(answer.field("allow"), "GET, HEAD");
     }
@@ -107,7 +107,7 @@ fn nothing_can_be_changed() {
 }
 
 #[test]
-fn what_is_no_request_is_refused() {
+fn invalid_requests_are_refused() {
     let page = Page::start("");
     for request in [
         "hello\r\n\r\n".to_owned(),
@@ -117,30 +117,30 @@ fn what_is_no_request_is_refused() {
         "\u{16}\u{3}\u{1}\u{2}\u{0}\u{1}".to_owned(),
         "HOPES\u{0}\u{1}\u{0}\u{2}\u{0}\r\n\r\n".to_owned(),
     ] {
-        assert_eq!(page.ask(&request).status, 400, "{request:?}");
+        assert_eq!(page.request(&request).status, 400, "{request:?}");
     }
     let long = format!("GET /{} HTTP/1.1\r\n\r\n", "a".repeat(17 << 10));
-    page.ask(&long).is_refused(431, "16384 bytes");
+    page.request(&long).is_refused(431, "16384 bytes");
     let endless = format!("GET / HTTP/1.1\r\nX: {}", "a".repeat(17 << 10));
-    page.ask(&endless).is_refused(431, "16384 bytes");
+    page.request(&endless).is_refused(431, "16384 bytes");
     let many = format!("GET / HTTP/1.1\r\n{}\r\n", "X: y\r\n".repeat(65));
-    page.ask(&many).is_refused(431, "64 fields");
+    page.request(&many).is_refused(431, "64 fields");
     page.daemon.stop();
 }
 
 #[test]
-fn other_machines_may_come_only_if_they_are_let() {
-    for place in ["0.0.0.0:0", "[::]:0"] {
-        let serve = hopes("serve --view").with(place);
-        serve.runs().fails(1, &["can be reached from other machines", "--allow-remote", place]);
+fn remote_clients_must_be_allowed() {
+    for address in ["0.0.0.0:0", "[::]:0"] {
+        let serve = hopes("serve --view").with(address);
+        serve.runs().fails(1, &["can be reached from other machines", "--allow-remote", address]);
     }
     let mut running = hopes("serve --view 0.0.0.0:0 --allow-remote --view-host Lab.example --view-host box:99").start();
     let host = listening_page(&mut running);
     let port = host.rsplit_once(':').unwrap().1;
     let ask = |name: &str| {
-        let mut visitor = Visitor::at(&format!("127.0.0.1:{port}"));
-        visitor.say(format!("GET /healthz HTTP/1.1\r\nHost: {name}\r\nOrigin: https://{name}\r\n\r\n").as_bytes());
-        visitor.reply().unwrap().status
+        let mut client = HttpClient::at(&format!("127.0.0.1:{port}"));
+        client.send(format!("GET /healthz HTTP/1.1\r\nHost: {name}\r\nOrigin: https://{name}\r\n\r\n").as_bytes());
+        client.reply().unwrap().status
     };
     let found =
         ["lab.example", "LAB.example:PORT", "box:99", "127.0.0.1:PORT", "evil.example:PORT", "box", "0.0.0.0:PORT"]
@@ -151,7 +151,7 @@ fn other_machines_may_come_only_if_they_are_let() {
 }
 
 #[test]
-fn options_that_make_no_sense_are_wrong_usage() {
+fn invalid_options_are_usage_errors() {
     for (arguments, words) in [
         ("serve --view nowhere", "is no HOST:PORT"),
         ("serve --view http://127.0.0.1:8080", "is no HOST:PORT"),

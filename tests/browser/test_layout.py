@@ -1,4 +1,4 @@
-"""Whether the page fits screens, wide and narrow, light and dark, and can be read and used there."""
+"""The layout: the page fits wide and narrow screens, and is readable and usable, light and dark."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from harness import WIDE, BrowserTest, Daemon, Producer
 
 NARROW = {"width": 390, "height": 844}
 
-# Controls that cannot be reached: outside of the page's width, tiny, or covered when one has scrolled there.
+# Controls that cannot be reached: outside of the page's width, tiny, or covered once they are scrolled to.
 UNREACHABLE = """
 (width) => [...document.querySelectorAll("button, select, input, summary")].filter((control) => {
   const shown = control.labels?.[0] ?? control;
@@ -24,7 +24,7 @@ UNREACHABLE = """
 }).map((control) => control.outerHTML)
 """
 
-# Texts with too little contrast to what is behind them.
+# Texts with too little contrast to their background.
 UNREADABLE = """
 () => {
   const parts = (css) => css.match(/[\\d.]+/g).map(Number);
@@ -55,12 +55,12 @@ UNREADABLE = """
 """
 
 
-class Looks(BrowserTest):
+class Layout(BrowserTest):
     def setUp(self) -> None:
         super().setUp()
         self.daemon = Daemon(self, "--track", "view")
 
-    def look(self, **options: Any) -> Page:
+    def check_layout(self, **options: Any) -> Page:
         producer = Producer(self, self.daemon, points=600, changed=20, rings=6, rate=0)
         producer.make(1)
         page = self.open(self.daemon, reduced_motion="reduce", **options)
@@ -79,30 +79,30 @@ class Looks(BrowserTest):
 
     def assert_fits(self, page: Page) -> None:
         """Nothing is wider than the screen, and every control can be reached."""
-        # A phone lays a page that is too wide out as if it were wider itself, so the page's own word does not count.
+        # A mobile browser widens its layout for a page that is too wide, so `innerWidth` would not tell.
         assert page.viewport_size is not None
         width = page.viewport_size["width"]
         self.assertEqual(page.evaluate("document.documentElement.scrollWidth"), width, "it is too wide")
         self.assertEqual(page.evaluate(UNREACHABLE, width), [])
 
     def test_wide_and_light(self) -> None:
-        page = self.look(viewport=WIDE, color_scheme="light")
+        page = self.check_layout(viewport=WIDE, color_scheme="light")
         self.assertEqual(page.evaluate("document.documentElement.scrollHeight - innerHeight"), 0, "it is too high")
         self.assertEqual(page.evaluate("getComputedStyle(document.body).backgroundColor"), "rgb(251, 251, 249)")
 
     def test_wide_and_dark(self) -> None:
-        page = self.look(viewport=WIDE, color_scheme="dark")
+        page = self.check_layout(viewport=WIDE, color_scheme="dark")
         self.assertEqual(page.evaluate("getComputedStyle(document.body).backgroundColor"), "rgb(20, 23, 26)")
         dark = self.see_still(page)
         page.emulate_media(color_scheme="light")
         self.wait_for(page, "getComputedStyle(document.body).backgroundColor === 'rgb(251, 251, 249)'")
-        self.assertGreater(self.eyes.difference(dark, self.see_still(page)), dark.panel, "the plane stays dark")
+        self.assertGreater(self.pictures.difference(dark, self.see_still(page)), dark.panel, "the plane stays dark")
 
     def test_narrow_and_light(self) -> None:
-        self.look(viewport=NARROW, color_scheme="light", is_mobile=True, has_touch=True, device_scale_factor=2)
+        self.check_layout(viewport=NARROW, color_scheme="light", is_mobile=True, has_touch=True, device_scale_factor=2)
 
     def test_narrow_and_dark(self) -> None:
-        self.look(viewport=NARROW, color_scheme="dark", is_mobile=True, has_touch=True, device_scale_factor=2)
+        self.check_layout(viewport=NARROW, color_scheme="dark", is_mobile=True, has_touch=True, device_scale_factor=2)
 
 
 if __name__ == "__main__":
