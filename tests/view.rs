@@ -1,18 +1,17 @@
-//! The live page as browsers, scrapers and attackers see it: a real process, real connections, and requests whose every
-//! byte is written by the test.
+//! The page's HTTP server from outside: a real process, real connections, every byte of a request sent by the test.
 
 #[path = "view/answers.rs"]
 mod answers;
 mod common;
 #[path = "view/demo.rs"]
 mod demo;
-#[path = "view/ending.rs"]
-mod ending;
 #[path = "view/hostile.rs"]
 mod hostile;
+#[path = "view/origins.rs"]
+mod origins;
 #[path = "view/page.rs"]
 mod page;
-#[path = "view/strangers.rs"]
-mod strangers;
+#[path = "view/shutdown.rs"]
+mod shutdown;
 #[path = "view/websocket.rs"]
 mod websocket;

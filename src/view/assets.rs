@@ -1,11 +1,13 @@
 //! The files of the page, which are part of the program.
 //!
-//! In: a path. Out: a file, its kind and its version. Invariants: whatever lies in `page/` is served, and nothing
-//! else. Must not know: what the files do.
+//! In: the path of a request.
+//! Out: a file, its media type and its version.
+//! Invariants: the files in `page/` and its folders are served, and nothing else.
+//! Must not know: what the files do.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// Name and contents of each file.
+/// Path and contents of each file.
 macro_rules! files {
     ($($name:literal),* $(,)?) => {
         &[$(($name, include_bytes!(concat!("page/", $name)))),*]
@@ -13,41 +15,42 @@ macro_rules! files {
 }
 
 const FILES: &[(&str, &[u8])] = files![
-    "bounds.js",
-    "bytes.js",
-    "camera.js",
-    "canvas.js",
-    "checksum.js",
-    "colors.js",
-    "connection.js",
-    "controls.js",
-    "cycles.js",
-    "diagram.js",
-    "elements.js",
-    "frames.js",
-    "gl.js",
-    "history.js",
+    "drawing/bounds.js",
+    "drawing/camera.js",
+    "drawing/canvas.js",
+    "drawing/colors.js",
+    "drawing/indices.js",
+    "drawing/picking.js",
+    "drawing/raster.js",
+    "drawing/renderer.js",
+    "drawing/software_renderer.js",
+    "drawing/strips.js",
+    "drawing/styles.js",
+    "drawing/webgl.js",
+    "drawing/webgl_renderer.js",
     "index.html",
-    "lifelines.js",
-    "lives.js",
-    "looks.js",
     "main.js",
-    "mirror.js",
-    "painter.js",
-    "plane.js",
-    "protocol.js",
-    "raster.js",
-    "session.js",
-    "sketch.js",
-    "slots.js",
-    "status.js",
-    "strips.js",
-    "style.css",
-    "tracks.js"
+    "panels/controls.js",
+    "panels/diagram.js",
+    "panels/numbers.js",
+    "panels/status.js",
+    "panels/timeline.js",
+    "session/bytes.js",
+    "session/checksum.js",
+    "session/connection.js",
+    "session/elements.js",
+    "session/frames.js",
+    "session/history.js",
+    "session/lifetimes.js",
+    "session/mirror.js",
+    "session/protocol.js",
+    "session/session.js",
+    "session/tracks.js",
+    "style.css"
 ];
 
-/// What kind of file has such a name.
-fn kind(name: &str) -> &'static str {
+/// The media type of a file.
+fn media_type(name: &str) -> &'static str {
     match name.rsplit_once('.').map_or("", |(_, ending)| ending) {
         "html" => "text/html; charset=utf-8",
         "css" => "text/css; charset=utf-8",
@@ -57,29 +60,29 @@ fn kind(name: &str) -> &'static str {
     }
 }
 
-/// A file.
+/// A file of the page.
 #[derive(Debug)]
 pub struct Asset {
     name: &'static str,
-    /// What kind it is of.
-    pub kind: &'static str,
-    /// What stands in it.
+    /// Its media type.
+    pub media_type: &'static str,
+    /// Its contents.
     pub body: &'static [u8],
-    /// Its version: another one where it differs.
+    /// Its entity tag, derived from the contents.
     pub tag: String,
 }
 
-/// All of them.
+/// All files of the page.
 #[derive(Debug)]
 pub struct Assets(Vec<Asset>);
 
 impl Assets {
-    /// Those that were there when the program was made.
+    /// The files of which the program was built.
     pub fn new() -> Self {
         let asset = |&(name, body): &(&'static str, &'static [u8])| {
             let mut hasher = DefaultHasher::new();
             body.hash(&mut hasher);
-            Asset { name, kind: kind(name), body, tag: format!("\"{:016x}\"", hasher.finish()) }
+            Asset { name, media_type: media_type(name), body, tag: format!("\"{:016x}\"", hasher.finish()) }
         };
         Self(FILES.iter().map(asset).collect())
     }
@@ -94,24 +97,34 @@ impl Assets {
 
 #[cfg(test)]
 mod tests {
+    use std::path::{Path, PathBuf};
+
     use super::*;
+
+    fn files_below(folder: &Path) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        entries.flat_map(|path| if path.is_dir() { files_below(&path) } else { vec![path] }).collect()
+    }
 
     #[test]
     fn every_file_of_the_page_is_served() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/view/page");
         let assets = Assets::new();
-        let names: Vec<String> =
-            std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-        for name in &names {
-            let asset = assets.get(&format!("/{name}")).unwrap_or_else(|| panic!("{name} stands in no list here"));
-            assert_eq!(asset.body, std::fs::read(format!("{folder}/{name}")).unwrap(), "{name}");
+        let paths = files_below(Path::new(folder));
+        for path in &paths {
+            let name = path.strip_prefix(folder).unwrap().to_str().unwrap();
+            let asset = assets.get(&format!("/{name}")).unwrap_or_else(|| panic!("{name} is missing in FILES"));
+            assert_eq!(asset.body, std::fs::read(path).unwrap(), "{name}");
         }
-        assert_eq!(names.len(), FILES.len());
+        assert_eq!(paths.len(), FILES.len());
         assert_eq!(assets.get("/").unwrap().name, "index.html");
+        for path in ["", "session", "/session", "/session/", "/session.js", "/session/../main.js", "//main.js"] {
+            assert!(assets.get(path).is_none(), "{path}");
+        }
     }
 
     #[test]
-    fn the_page_asks_nobody_else_and_runs_only_its_own_files() {
+    fn the_page_loads_and_runs_nothing_but_its_own_files() {
         for asset in Assets::new().0 {
             let text = str::from_utf8(asset.body).unwrap();
             for word in ["https://", "//cdn", "eval(", "onclick=", "style=\"", "javascript:"] {

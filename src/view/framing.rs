@@ -1,35 +1,23 @@
-//! Frames of WebSockets (RFC 6455), taken apart as they come and made.
+//! WebSocket frames (RFC 6455): decoding of a client's frames, and headers of the server's.
 //!
-//! In: bytes of a client, in pieces of any size. Out: the carried bytes, unmasked where they lie, and what control
-//! frames ask for. Invariants: nothing is kept of a message but where in its frame we are, however long it says it is;
-//! a frame that breaks the rules is refused by name. Must not know: sockets, what is carried.
+//! In: bytes of a client, in pieces of any size.
+//! Out: the payload, unmasked in place; what control frames request.
+//! Invariants: of a message, only the position in its current frame is kept, so an announced length allocates nothing.
+//! A frame that breaks the rules is refused with the reason.
+//! Must not know: sockets, what the payload means.
+//!
+//! `tungstenite` parses and formats headers, opcodes and close codes. Its own reader is not used: it owns the stream,
+//! which a reader and a writer thread share here, and it holds a whole message before it hands it on. So unmasking and
+//! the order of frames are checked here.
+
+use std::io::Cursor;
 
 use thiserror::Error;
+use tungstenite::protocol::frame::FrameHeader;
+use tungstenite::protocol::frame::coding::{CloseCode, Control, Data, OpCode};
 
-/// Bytes in a control frame at the most.
-const LONGEST_CONTROL: usize = 125;
-
-/// Bytes in the head of a frame at the most: two, eight of length, four of mask.
-const LONGEST_HEAD: usize = 14;
-
-/// Set in the first byte of a message's last frame.
-const LAST: u8 = 0x80;
-
-/// What frames are for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Kind {
-    /// Goes on with a message.
-    Continuation = 0,
-    /// Begins a message of bytes.
-    Binary = 2,
-    /// Nothing more comes.
-    Close = 8,
-    /// Asks for a pong.
-    Ping = 9,
-    /// Answers a ping.
-    Pong = 10,
-}
+/// Bytes in the payload of a control frame at the most.
+const MAX_CONTROL: u64 = 125;
 
 /// Why a connection cannot go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -37,228 +25,201 @@ pub enum FramingError {
     /// Text was sent.
     #[error("a WebSocket message of text: send binary ones")]
     Text,
-    /// An opcode without a meaning.
-    #[error("a WebSocket frame of the unknown kind {0}")]
-    Kind(u8),
-    /// Bits that only an extension would set, and none was agreed upon.
+    /// The opcode has no meaning.
+    #[error("a WebSocket frame of the unknown opcode {0}")]
+    Opcode(u8),
+    /// Bits are set that only an extension sets, and none was negotiated.
     #[error("a WebSocket frame with reserved bits set")]
     Reserved,
-    /// Browsers always mask.
+    /// Clients must mask.
     #[error("a WebSocket frame that is not masked")]
     Unmasked,
-    /// A control frame in pieces, or too long.
-    #[error("a WebSocket control frame in pieces or of more than {LONGEST_CONTROL} bytes")]
+    /// A control frame is fragmented or too long.
+    #[error("a WebSocket control frame that is fragmented or longer than {MAX_CONTROL} bytes")]
     Control,
-    /// More than 63 bits.
+    /// The length has more than 63 bits.
     #[error("a WebSocket frame whose length has more than 63 bits")]
     Length,
-    /// A message began within another, or went on without having begun.
+    /// A message began within another, or a continuation came without a beginning.
     #[error("a WebSocket message out of order")]
     Order,
 }
 
 impl FramingError {
-    /// The number that tells the client.
-    pub fn code(self) -> u16 {
-        if self == Self::Text { 1003 } else { 1002 }
+    /// The close code for the client.
+    pub fn code(self) -> CloseCode {
+        if self == Self::Text { CloseCode::Unsupported } else { CloseCode::Protocol }
     }
 }
 
-/// What a client has asked for in control frames.
+/// What a client has requested by control frames.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Asked {
-    /// To be answered by a pong with the same bytes; only the newest counts.
+pub struct ControlRequests {
+    /// The payload of the newest ping, which a pong has to repeat.
     pub ping: Option<Vec<u8>>,
-    /// Nothing more comes.
+    /// The client closes the connection.
     pub is_closed: bool,
 }
 
-/// Takes frames of a client apart.
+/// Decodes the frames of a client.
 #[derive(Debug, Default)]
-pub struct Unframer {
-    /// What has come of a head.
-    head: Vec<u8>,
-    within: Option<Within>,
-    /// The message has not ended yet.
+pub struct FrameDecoder {
+    /// The bytes of a header that is not complete.
+    header: Vec<u8>,
+    payload: Option<Payload>,
+    /// The last data frame was not the final one of its message.
     is_message_open: bool,
-    /// What has come of a control frame.
+    /// The received part of a control frame's payload.
     control: Vec<u8>,
 }
 
-/// Within the payload of a frame.
+/// The position in the payload of a frame.
 #[derive(Clone, Copy, Debug)]
-struct Within {
-    kind: Kind,
+struct Payload {
+    opcode: OpCode,
     mask: [u8; 4],
     /// Bytes that are still to come.
     left: u64,
 }
 
-impl Unframer {
-    /// Takes what has come; the carried bytes are left at the front of it. How many these are.
+impl FrameDecoder {
+    /// Decodes received bytes in place: moves the payload of data frames to their front, and returns its length.
     ///
     /// # Errors
-    /// [`FramingError`]; what comes then cannot be understood.
-    pub fn take(&mut self, bytes: &mut [u8], asked: &mut Asked) -> Result<usize, FramingError> {
-        let (mut at, mut carried) = (0, 0);
-        while at < bytes.len() && !asked.is_closed {
-            let Some(mut within) = self.within else {
-                self.head.push(bytes[at]);
+    /// [`FramingError`]; nothing can be decoded after it.
+    pub fn decode(&mut self, bytes: &mut [u8], requests: &mut ControlRequests) -> Result<usize, FramingError> {
+        let (mut at, mut decoded) = (0, 0);
+        while at < bytes.len() && !requests.is_closed {
+            let Some(mut payload) = self.payload else {
+                self.header.push(bytes[at]);
                 at += 1;
-                self.within = self.begin()?;
-                // One without a payload ends where it begins.
-                self.end_if_whole(asked);
+                self.payload = self.parse_header()?;
+                // A frame without a payload ends with its header.
+                self.end_if_complete(requests);
                 continue;
             };
-            let length = (bytes.len() - at).min(usize::try_from(within.left).unwrap_or(usize::MAX));
+            let length = (bytes.len() - at).min(usize::try_from(payload.left).unwrap_or(usize::MAX));
             let piece = &mut bytes[at..at + length];
-            piece.iter_mut().zip(within.mask.iter().cycle()).for_each(|(byte, mask)| *byte ^= mask);
-            if matches!(within.kind, Kind::Binary | Kind::Continuation) {
-                bytes.copy_within(at..at + length, carried);
-                carried += length;
+            piece.iter_mut().zip(payload.mask.iter().cycle()).for_each(|(byte, mask)| *byte ^= mask);
+            if matches!(payload.opcode, OpCode::Data(_)) {
+                bytes.copy_within(at..at + length, decoded);
+                decoded += length;
             } else {
                 self.control.extend_from_slice(piece);
             }
             at += length;
-            within.left -= length as u64;
-            within.mask.rotate_left(length % 4);
-            self.within = Some(within);
-            self.end_if_whole(asked);
+            payload.left -= length as u64;
+            payload.mask.rotate_left(length % 4);
+            self.payload = Some(payload);
+            self.end_if_complete(requests);
         }
-        Ok(carried)
+        Ok(decoded)
     }
 
-    /// The frame whose head has come, if it has as a whole.
-    fn begin(&mut self) -> Result<Option<Within>, FramingError> {
-        let &[first, second, ref rest @ ..] = &self.head[..] else { return Ok(None) };
-        let kind = check(first, second)?;
-        let extra = match second & 0x7f {
-            126 => 2,
-            127 => 8,
-            _ => 0,
-        };
-        let Some((length, mask)) = rest.split_at_checked(extra) else { return Ok(None) };
-        let Ok(mask) = <[u8; 4]>::try_from(mask) else { return Ok(None) };
-        let long = length.iter().fold(0, |length, &byte| length << 8 | u64::from(byte));
-        let left = if extra == 0 { u64::from(second & 0x7f) } else { long };
-        if left >> 63 != 0 {
-            return Err(FramingError::Length);
-        }
-        if matches!(kind, Kind::Binary | Kind::Continuation) {
-            if self.is_message_open != (kind == Kind::Continuation) {
+    /// The payload that follows the header, once the header is complete.
+    fn parse_header(&mut self) -> Result<Option<Payload>, FramingError> {
+        // A header in memory cannot be parsed for one reason only.
+        let parsed = FrameHeader::parse(&mut Cursor::new(&self.header))
+            .map_err(|_| FramingError::Opcode(self.header[0] & 0x0f))?;
+        let Some((header, left)) = parsed else { return Ok(None) };
+        let mask = check(&header, left)?;
+        if let OpCode::Data(data) = header.opcode {
+            if self.is_message_open != (data == Data::Continue) {
                 return Err(FramingError::Order);
             }
-            self.is_message_open = first & LAST == 0;
+            self.is_message_open = !header.is_final;
         }
-        self.head.clear();
-        Ok(Some(Within { kind, mask, left }))
+        self.header.clear();
+        Ok(Some(Payload { opcode: header.opcode, mask, left }))
     }
 
-    fn end_if_whole(&mut self, asked: &mut Asked) {
-        let Some(within) = self.within.filter(|within| within.left == 0) else { return };
-        self.within = None;
+    fn end_if_complete(&mut self, requests: &mut ControlRequests) {
+        let Some(payload) = self.payload.filter(|payload| payload.left == 0) else { return };
+        self.payload = None;
         let control = std::mem::take(&mut self.control);
-        match within.kind {
-            Kind::Close => asked.is_closed = true,
-            Kind::Ping => asked.ping = Some(control),
-            Kind::Pong | Kind::Binary | Kind::Continuation => {}
+        match payload.opcode {
+            OpCode::Control(Control::Close) => requests.is_closed = true,
+            OpCode::Control(Control::Ping) => requests.ping = Some(control),
+            OpCode::Control(_) | OpCode::Data(_) => {}
         }
     }
 }
 
-/// What the first two bytes of a head say.
-fn check(first: u8, second: u8) -> Result<Kind, FramingError> {
-    let kind = match first & 0x0f {
-        0 => Kind::Continuation,
-        1 => return Err(FramingError::Text),
-        2 => Kind::Binary,
-        8 => Kind::Close,
-        9 => Kind::Ping,
-        10 => Kind::Pong,
-        other => return Err(FramingError::Kind(other)),
-    };
-    let is_control = matches!(kind, Kind::Close | Kind::Ping | Kind::Pong);
-    let is_short_and_whole = first & LAST != 0 && usize::from(second & 0x7f) <= LONGEST_CONTROL;
-    if first & 0x70 != 0 {
-        Err(FramingError::Reserved)
-    } else if second & 0x80 == 0 {
-        Err(FramingError::Unmasked)
-    } else if is_control && !is_short_and_whole {
-        Err(FramingError::Control)
-    } else {
-        Ok(kind)
+/// Checks a header by itself. Returns its mask.
+fn check(header: &FrameHeader, length: u64) -> Result<[u8; 4], FramingError> {
+    if header.opcode == OpCode::Data(Data::Text) {
+        return Err(FramingError::Text);
     }
+    if header.rsv1 || header.rsv2 || header.rsv3 {
+        return Err(FramingError::Reserved);
+    }
+    let mask = header.mask.ok_or(FramingError::Unmasked)?;
+    let is_control = matches!(header.opcode, OpCode::Control(_));
+    if is_control && !(header.is_final && length <= MAX_CONTROL) {
+        return Err(FramingError::Control);
+    }
+    if length >> 63 != 0 { Err(FramingError::Length) } else { Ok(mask) }
 }
 
-/// The head of a whole frame of a server.
-pub fn head(kind: Kind, length: usize) -> Vec<u8> {
-    let mut head = Vec::with_capacity(LONGEST_HEAD);
-    head.push(LAST | kind as u8);
-    match (u8::try_from(length), u16::try_from(length)) {
-        (Ok(short @ ..126), _) => head.push(short),
-        (_, Ok(middle)) => {
-            head.push(126);
-            head.extend(middle.to_be_bytes());
-        }
-        _ => {
-            head.push(127);
-            head.extend((length as u64).to_be_bytes());
-        }
-    }
-    head
+/// The header of a server's frame, which is final and not masked.
+pub fn header(opcode: OpCode, length: usize) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let header = FrameHeader { opcode, ..FrameHeader::default() };
+    header.format(length as u64, &mut bytes).expect("writing into a vector does not fail");
+    bytes
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A frame as a browser sends it.
+    /// A frame of a client.
     fn frame(first: u8, payload: &[u8]) -> Vec<u8> {
         let mask = [7, 1, 200, 99];
-        let mut frame = head(Kind::Binary, payload.len());
+        let mut frame = header(OpCode::Data(Data::Binary), payload.len());
         (frame[0], frame[1]) = (first, frame[1] | 0x80);
         frame.extend(mask);
         frame.extend(payload.iter().zip(mask.iter().cycle()).map(|(byte, mask)| byte ^ mask));
         frame
     }
 
-    fn taken(pieces: &[&[u8]]) -> Result<(Vec<u8>, Asked), FramingError> {
-        let (mut unframer, mut asked, mut all) = (Unframer::default(), Asked::default(), Vec::new());
+    fn decoded(pieces: &[&[u8]]) -> Result<(Vec<u8>, ControlRequests), FramingError> {
+        let (mut decoder, mut requests, mut all) = (FrameDecoder::default(), ControlRequests::default(), Vec::new());
         for piece in pieces {
             let mut bytes = piece.to_vec();
-            let length = unframer.take(&mut bytes, &mut asked)?;
+            let length = decoder.decode(&mut bytes, &mut requests)?;
             all.extend_from_slice(&bytes[..length]);
         }
-        Ok((all, asked))
+        Ok((all, requests))
     }
 
     #[test]
-    fn what_is_carried_comes_out_however_it_is_cut() {
+    fn the_payload_is_decoded_whatever_the_size_of_pieces() {
         for length in [0, 1, 3, 125, 126, 127, 65_535, 65_536, 70_000] {
             let payload: Vec<u8> = (0..length).map(|index| (index * 31 % 251) as u8).collect();
             let (first, second) = payload.split_at(length / 3);
             let sent = [frame(0x02, first), frame(0x89, b"there?"), frame(0x80, second), frame(0x82, b"next")].concat();
             for cut in [1, 2, 5, 13, 4096, sent.len()] {
-                let (got, asked) = taken(&sent.chunks(cut).collect::<Vec<_>>()).unwrap();
+                let (got, requests) = decoded(&sent.chunks(cut).collect::<Vec<_>>()).unwrap();
                 assert_eq!(got, [&payload[..], b"next"].concat(), "{length} bytes in pieces of {cut}");
-                assert_eq!(asked, Asked { ping: Some(b"there?".to_vec()), is_closed: false });
+                assert_eq!(requests, ControlRequests { ping: Some(b"there?".to_vec()), is_closed: false });
             }
         }
     }
 
     #[test]
-    fn nothing_is_taken_after_the_end() {
+    fn nothing_is_decoded_after_a_close() {
         let sent = [frame(0x82, b"a"), frame(0x88, &[3, 232]), frame(0x82, b"b")].concat();
-        assert_eq!(taken(&[&sent]).unwrap(), (b"a".to_vec(), Asked { ping: None, is_closed: true }));
+        assert_eq!(decoded(&[&sent]).unwrap(), (b"a".to_vec(), ControlRequests { ping: None, is_closed: true }));
     }
 
     #[test]
-    fn what_breaks_the_rules_is_refused() {
+    fn frames_that_break_the_rules_are_refused() {
         let mut unmasked = frame(0x82, b"a");
         unmasked[1] &= 0x7f;
         for (sent, error) in [
             (frame(0x81, b"text"), FramingError::Text),
-            (frame(0x83, b""), FramingError::Kind(3)),
+            (frame(0x83, b""), FramingError::Opcode(3)),
             (frame(0xc2, b""), FramingError::Reserved),
             (unmasked, FramingError::Unmasked),
             (frame(0x09, b""), FramingError::Control),
@@ -267,8 +228,8 @@ mod tests {
             ([frame(0x02, b""), frame(0x82, b"")].concat(), FramingError::Order),
             ([&[0x82, 0xff][..], &[0x80; 12]].concat(), FramingError::Length),
         ] {
-            assert_eq!(taken(&[&sent]).unwrap_err(), error);
-            assert_eq!(taken(&sent.chunks(1).collect::<Vec<_>>()).unwrap_err(), error);
+            assert_eq!(decoded(&[&sent]).unwrap_err(), error);
+            assert_eq!(decoded(&sent.chunks(1).collect::<Vec<_>>()).unwrap_err(), error);
         }
     }
 }

@@ -1,19 +1,26 @@
-//! Requests as they come, and answers as they go (HTTP/1.1): one on a connection.
+//! Requests and responses of HTTP/1.1: one of each on a connection.
 //!
-//! In: the bytes of a head. Out: a [`Request`], checked against what this place is called; the bytes of an [`Answer`].
-//! Invariants: a request for another host, or from a page of another one, is refused before anybody looks at its path;
-//! every answer forbids what the page does not need. Must not know: what there is to see.
+//! In: the bytes of a request's head.
+//! Out: a [`Request`], whose host and origin can be checked; the bytes of a [`Response`].
+//! Invariants: a request for another host, or from the page of another site, is refused before its path is looked at.
+//! Every response forbids what the page does not need.
+//! Must not know: which resources there are.
+//!
+//! `httparse` parses the head. The rest is written here, since it is small: there are GET and HEAD without bodies, and
+//! every response closes its connection. A server crate would bring keep-alive, bodies, and mostly an asynchronous
+//! runtime, while the daemon needs its own limits of time, size and threads, and needs the plain socket after an
+//! upgrade.
 
 use std::fmt::Write;
 
-/// Bytes in a head at the most.
-pub const LONGEST_HEAD: usize = 16 << 10;
+/// Bytes of a head at the most.
+pub const MAX_HEAD: usize = 16 << 10;
 
-/// Fields in a head at the most.
-const MOST_FIELDS: usize = 64;
+/// Header fields of a request at the most.
+const MAX_FIELDS: usize = 64;
 
-/// What every answer says. The page needs nothing but its own files and its own daemon.
-const ALWAYS: &str = "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; \
+/// Header fields of every response. The page needs nothing but its own files and its own daemon.
+const COMMON_FIELDS: &str = "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; \
     connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n\
     X-Content-Type-Options: nosniff\r\n\
     Referrer-Policy: no-referrer\r\n\
@@ -21,57 +28,57 @@ const ALWAYS: &str = "Content-Security-Policy: default-src 'none'; script-src 's
     Cross-Origin-Opener-Policy: same-origin\r\n\
     Connection: close\r\n";
 
-/// A question that is not answered.
+/// A refused request: the status and the text of its response.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     status: u16,
     text: String,
-    /// A field that has to go with it.
+    /// A header field that the status requires.
     field: Option<&'static str>,
 }
 
 impl Refusal {
-    /// With what was wrong, and what to do.
+    /// The text says what was wrong, and what to do.
     pub fn new(status: u16, text: impl Into<String>) -> Self {
         Self { status, text: text.into(), field: None }
     }
 
-    /// Of whoever does not ask for a WebSocket.
-    pub fn upgrade(text: &str) -> Self {
+    /// For a request that is no valid request for a WebSocket.
+    pub fn upgrade_required(text: &str) -> Self {
         let field = Some("Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n");
         Self { field, ..Self::new(426, text) }
     }
 }
 
-/// A question.
+/// A request.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// Only the head of the answer is wanted.
+    /// The method is HEAD.
     pub is_head: bool,
-    /// As it was sent, up to a question mark.
+    /// The target up to a question mark, not decoded.
     pub path: String,
-    /// What comes after the question mark.
+    /// The target after the question mark, not decoded.
     pub query: Option<String>,
-    /// Names in small letters.
+    /// Names are in lower case.
     fields: Vec<(String, String)>,
 }
 
 impl Request {
-    /// The request at the beginning of `bytes`, and its length; none, if it has not come as a whole.
+    /// The request at the beginning of `bytes` and the length of its head; none if the head is incomplete.
     ///
     /// # Errors
-    /// [`Refusal`]: it cannot be read, is too long, or wants to change something.
+    /// [`Refusal`]: it cannot be parsed, is too long, or its method is not GET or HEAD.
     pub fn parse(bytes: &[u8]) -> Result<Option<(Self, usize)>, Refusal> {
-        let mut fields = [httparse::EMPTY_HEADER; MOST_FIELDS];
+        let mut fields = [httparse::EMPTY_HEADER; MAX_FIELDS];
         let mut head = httparse::Request::new(&mut fields);
         let length = match head.parse(bytes) {
-            Ok(httparse::Status::Complete(length)) if length <= LONGEST_HEAD => length,
-            Ok(httparse::Status::Partial) if bytes.len() < LONGEST_HEAD => return Ok(None),
+            Ok(httparse::Status::Complete(length)) if length <= MAX_HEAD => length,
+            Ok(httparse::Status::Partial) if bytes.len() < MAX_HEAD => return Ok(None),
             Ok(_) => {
-                return Err(Refusal::new(431, format!("the head of a request has at most {LONGEST_HEAD} bytes")));
+                return Err(Refusal::new(431, format!("the head of a request has at most {MAX_HEAD} bytes")));
             }
             Err(httparse::Error::TooManyHeaders) => {
-                return Err(Refusal::new(431, format!("a request has at most {MOST_FIELDS} fields")));
+                return Err(Refusal::new(431, format!("a request has at most {MAX_FIELDS} fields")));
             }
             Err(error) => return Err(Refusal::new(400, format!("this is no request: {error}"))),
         };
@@ -86,13 +93,13 @@ impl Request {
         }
         let is_head = head.method == Some("HEAD");
         if !is_head && head.method != Some("GET") {
-            let text = "nothing can be changed here: there are GET and HEAD";
+            let text = "nothing can be changed here: use GET and HEAD";
             return Err(Refusal { field: Some("Allow: GET, HEAD\r\n"), ..Refusal::new(405, text) });
         }
         Ok(Some((Self { is_head, path: path.to_owned(), query: query.map(str::to_owned), fields }, length)))
     }
 
-    /// A field that was given once.
+    /// The value of a field; none if it is missing or given twice.
     pub fn header(&self, name: &str) -> Option<&str> {
         let mut found = self.fields.iter().filter(|(other, _)| other == name);
         let (first, second) = (found.next(), found.next());
@@ -103,30 +110,31 @@ impl Request {
         self.fields.iter().any(|(other, _)| other == name)
     }
 
-    /// Whether a word stands in the list of a field.
+    /// Whether the comma-separated values of a field include a word.
     pub fn lists(&self, name: &str, word: &str) -> bool {
         let of_name = self.fields.iter().filter(|(other, _)| other == name);
         of_name.flat_map(|(_, value)| value.split(',')).any(|listed| listed.trim().eq_ignore_ascii_case(word))
     }
 
-    /// Whether the client has the newest version of a file.
+    /// Whether the client has a file of this entity tag.
     pub fn has_version(&self, tag: &str) -> bool {
         self.lists("if-none-match", tag)
             || self.lists("if-none-match", &format!("W/{tag}"))
             || self.lists("if-none-match", "*")
     }
 
-    /// Refuses what was not meant for a place of these names, and what the page of another place asks for.
+    /// Refuses a request for another host, and a request from the page of another origin.
     ///
-    /// A page of another site can make a browser ask here, and can have its own name lead here; it cannot hide either.
+    /// A page of another site can make a browser send requests here, also under its own name, by DNS. The browser tells
+    /// its origin, or the host that was meant, in both cases.
     ///
     /// # Errors
     /// [`Refusal`].
     pub fn check_origin(&self, is_name: impl Fn(&str) -> bool, needs_origin: bool) -> Result<(), Refusal> {
-        let host = self.header("host").ok_or_else(|| Refusal::new(400, "a request names its Host, once"))?;
+        let host = self.header("host").ok_or_else(|| Refusal::new(400, "a request needs one Host field"))?;
         let host = host.to_ascii_lowercase();
         if !is_name(&host) {
-            let text = format!("this place is not called {host:?}: use its address, or allow the name by --view-host");
+            let text = format!("this server is not {host:?}: use its address, or allow the name by --view-host");
             return Err(Refusal::new(421, text));
         }
         let origin = self.header("origin").map(str::to_ascii_lowercase);
@@ -137,45 +145,45 @@ impl Request {
         if is_own || !needs_origin && !self.has("origin") {
             return Ok(());
         }
-        Err(Refusal::new(403, "only the page of this place may ask for that: Origin is missing, or another one"))
+        Err(Refusal::new(403, "only the page of this server may request that: Origin is missing or differs"))
     }
 }
 
-/// How long something stays true.
+/// How long a response may be cached.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Freshness {
-    /// Until it is asked for again.
+    /// Not at all.
     Never,
-    /// Until its version, which is given, is another one.
+    /// As long as its entity tag, which is given, is the current one.
     Version(String),
 }
 
-/// What is answered.
+/// A response.
 #[derive(Clone, Debug)]
-pub struct Answer {
+pub struct Response {
     status: u16,
-    /// What kind of body it is.
-    kind: &'static str,
+    /// Of the body.
+    media_type: &'static str,
     body: Vec<u8>,
     freshness: Freshness,
     field: Option<&'static str>,
 }
 
-impl Answer {
-    /// A body of some kind.
-    pub fn new(kind: &'static str, body: impl Into<Vec<u8>>) -> Self {
-        Self { status: 200, kind, body: body.into(), freshness: Freshness::Never, field: None }
+impl Response {
+    /// A response of status 200.
+    pub fn new(media_type: &'static str, body: impl Into<Vec<u8>>) -> Self {
+        Self { status: 200, media_type, body: body.into(), freshness: Freshness::Never, field: None }
     }
 
-    /// With a version, of which the client may have a copy.
+    /// With an entity tag; of status 304 if the client has this version.
     pub fn version(self, tag: &str, is_known: bool) -> Self {
         let freshness = Freshness::Version(tag.to_owned());
         if is_known { Self { status: 304, body: Vec::new(), freshness, ..self } } else { Self { freshness, ..self } }
     }
 
-    /// As bytes.
+    /// The bytes of the response, without its body if the method was HEAD.
     pub fn encode(self, is_head: bool) -> Vec<u8> {
-        let mut head = format!("HTTP/1.1 {} {}\r\n{ALWAYS}", self.status, reason(self.status));
+        let mut head = format!("HTTP/1.1 {} {}\r\n{COMMON_FIELDS}", self.status, reason(self.status));
         head.push_str(self.field.unwrap_or_default());
         // Writing into a string does not fail.
         let _ = match &self.freshness {
@@ -183,7 +191,7 @@ impl Answer {
             Freshness::Version(tag) => write!(head, "Cache-Control: no-cache\r\nETag: {tag}\r\n"),
         };
         if self.status != 304 {
-            let _ = write!(head, "Content-Type: {}\r\nContent-Length: {}\r\n", self.kind, self.body.len());
+            let _ = write!(head, "Content-Type: {}\r\nContent-Length: {}\r\n", self.media_type, self.body.len());
         }
         head.push_str("\r\n");
         let mut bytes = head.into_bytes();
@@ -194,7 +202,7 @@ impl Answer {
     }
 }
 
-impl From<Refusal> for Answer {
+impl From<Refusal> for Response {
     fn from(refusal: Refusal) -> Self {
         let Refusal { status, text, field } = refusal;
         Self { status, field, ..Self::new("text/plain; charset=utf-8", text + "\n") }

@@ -1,9 +1,11 @@
-//! Where visitors connect: one port, a thread for each visitor, one answer each.
+//! The HTTP listener of the page: one port, one thread per client connection, one response each.
 //!
-//! In: a place, and the daemon as access see it. Out: answers, and peers for those who ask for a WebSocket.
-//! Invariants: this machine only, unless asked for; a visitor who does not say what he wants, or does not take the
-//! answer, is sent away after a while; who is one too many is told so at once; threads are named, and joined. Must not
-//! know: what is answered.
+//! In: an address; the daemon's [`HttpAccess`].
+//! Out: responses; a read-only connection of the daemon for each WebSocket.
+//! Invariants: only this machine can connect, unless remote clients were allowed. A client that sends no complete head,
+//! or does not read the response, is disconnected after a timeout. A client above the limit gets a 503 at once. Threads
+//! are named, and joined.
+//! Must not know: which resources there are.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,66 +13,66 @@ use std::sync::{Arc, Weak};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::http::{Answer, LONGEST_HEAD, Refusal, Request};
+use super::http::{MAX_HEAD, Refusal, Request, Response};
 use super::routes::{Reply, Routes};
 use super::websocket::{self, WebSocket};
 use crate::daemon::{Address, HttpAccess, ListenError, Socket, StartHttp, StopHttp, bind_tcp};
 
-/// So many visitors there may be in any case: a browser alone comes with half a dozen connections.
-const FEWEST: usize = 16;
+/// The limit of clients is this or more: a browser alone opens half a dozen connections.
+const MIN_CLIENTS: usize = 16;
 
-/// How long a visitor may take to say what he wants.
-const HEAD: Duration = Duration::from_secs(10);
+/// How long a client may take to send a head.
+const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// How long somebody is listened to after the answer, so that it is not lost with what he still says.
-const FAREWELL: Duration = Duration::from_millis(500);
+/// How long a client's remaining bytes are read after the response, which a reset of the connection could discard.
+const LINGER: Duration = Duration::from_millis(500);
 
-/// How long visitors may still read when the daemon ends.
-const LAST: Duration = Duration::from_secs(1);
+/// How long clients may still read when the daemon ends.
+const STOP_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// A thread of a visitor needs no deep stack.
+/// Bytes of a client thread's stack, which is never deep.
 const STACK: usize = 1 << 19;
 
-/// Where the page is, and what that is called.
+/// The address of the page, and its names.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct PageAddress {
     /// Host and port to listen at.
     pub address: String,
-    /// Names by which it may be asked for, besides its addresses.
+    /// Host names that requests may use, besides its addresses.
     pub names: Vec<String>,
-    /// Whether visitors may come from other machines.
+    /// Whether clients on other machines may connect.
     pub allow_remote: bool,
 }
 
-/// A page whose place is taken; visitors wait until a daemon opens it.
+/// A bound port; clients wait until the daemon starts to accept them.
 #[derive(Debug)]
 pub struct Page {
     bound: TcpListener,
     at: SocketAddr,
-    place: Place,
+    address: PageAddress,
 }
 
 impl Page {
-    /// Takes a place.
+    /// Binds the port.
     ///
     /// # Errors
-    /// [`ListenError`]: somebody else has it, or nobody may.
-    pub fn bind(place: Place) -> Result<Self, ListenError> {
-        let address = Address::Tcp(place.address.clone());
-        let bound = bind_tcp(&place.address, &address, place.allow_remote).map_err(|error| match error {
+    /// [`ListenError`]: the port is in use, or cannot be bound, or remote clients could connect but are not allowed to.
+    pub fn bind(page: PageAddress) -> Result<Self, ListenError> {
+        let address = Address::Tcp(page.address.clone());
+        let bound = bind_tcp(&page.address, &address, page.allow_remote).map_err(|error| match error {
             ListenError::Remote(address) => ListenError::RemotePage(address),
             other => other,
         })?;
         let at = bound.local_addr().map_err(|error| ListenError::System { address, error })?;
-        Ok(Self { bound, at, place })
+        Ok(Self { bound, at, address: page })
     }
 
-    /// What to open in a browser on this machine.
+    /// The address to open in a browser on this machine.
     pub fn url(&self) -> String {
         format!("http://{}/", SocketAddr::new(reachable(self.at.ip()), self.at.port()))
     }
 
-    /// The way in, for a daemon to open.
+    /// Starts the HTTP server when the daemon calls it.
     pub fn http(self) -> StartHttp {
         Box::new(move |access| {
             let listener = Listener::start(self, access)?;
@@ -79,78 +81,77 @@ impl Page {
     }
 }
 
-/// A port that is listened at.
+/// The listener thread.
 struct Listener {
     at: SocketAddr,
-    is_ending: Arc<AtomicBool>,
-    thread: JoinHandle<Vec<Visitor>>,
+    is_stopping: Arc<AtomicBool>,
+    thread: JoinHandle<Vec<Client>>,
 }
 
-/// Somebody who has connected.
-struct Visitor {
-    /// Gone with its thread, or when it has become a peer.
+/// A connected client.
+struct Client {
+    /// Dropped with the thread, or when it became a connection of the daemon.
     socket: Weak<Socket>,
     thread: JoinHandle<()>,
 }
 
-/// What all visitors share.
-struct House {
+/// What all client threads share.
+struct Server {
     routes: Routes,
     access: HttpAccess,
-    /// As given, in small letters.
+    /// The given host names in lower case.
     names: Vec<String>,
-    place: String,
+    url: String,
 }
 
 impl Listener {
     fn start(page: Page, access: HttpAccess) -> Result<Self, ListenError> {
-        let Page { bound, at, place } = page;
-        let system = |error| ListenError::System { address: Address::Tcp(place.address.clone()), error };
+        let Page { bound, at, address } = page;
+        let system = |error| ListenError::System { address: Address::Tcp(address.address.clone()), error };
         tracing::info!("the page is at http://{at}/");
-        let names = place.names.iter().map(|name| name.to_ascii_lowercase()).collect();
-        let house =
-            Arc::new(House { routes: Routes::new(access.clone()), access, names, place: format!("http://{at}") });
-        let is_ending = Arc::new(AtomicBool::new(false));
-        let ends = Arc::clone(&is_ending);
+        let names = address.names.iter().map(|name| name.to_ascii_lowercase()).collect();
+        let routes = Routes::new(access.clone());
+        let server = Arc::new(Server { routes, access, names, url: format!("http://{at}") });
+        let is_stopping = Arc::new(AtomicBool::new(false));
+        let stopping = Arc::clone(&is_stopping);
         let thread = thread::Builder::new()
             .name("page listener".to_owned())
-            .spawn(move || accept_all(&bound, &ends, &house))
+            .spawn(move || accept_all(&bound, &stopping, &server))
             .map_err(system)?;
-        Ok(Self { at, is_ending, thread })
+        Ok(Self { at, is_stopping, thread })
     }
 
-    /// Listens no more, and waits for those who are being answered; not too long.
+    /// Stops accepting, and waits a while for responses that are being sent.
     fn stop(self) {
-        self.is_ending.store(true, Ordering::Release);
+        self.is_stopping.store(true, Ordering::Release);
         let here = SocketAddr::new(reachable(self.at.ip()), self.at.port());
-        // Accepting ends when somebody comes. Where nobody can, the thread ends with the process.
-        if TcpStream::connect_timeout(&here, LAST).is_err() {
+        // This connection wakes the accepting thread. If it cannot be made, the thread ends with the process.
+        if TcpStream::connect_timeout(&here, STOP_TIMEOUT).is_err() {
             return;
         }
-        let joined = self.thread.join();
-        let Ok(visitors) = joined else {
-            return tracing::error!("the page's thread stopped by itself: please report this");
+        let Ok(clients) = self.thread.join() else {
+            return tracing::error!("the page's listener thread panicked: please report this");
         };
-        let shutdown = |visitor: &Visitor, how| {
-            if let Some(socket) = visitor.socket.upgrade() {
+        let shutdown = |client: &Client, how| {
+            if let Some(socket) = client.socket.upgrade() {
                 socket.shutdown(how);
             }
         };
-        visitors.iter().for_each(|visitor| shutdown(visitor, Shutdown::Read));
-        let deadline = Instant::now() + LAST;
-        for visitor in visitors {
-            while !visitor.thread.is_finished() && Instant::now() < deadline {
+        clients.iter().for_each(|client| shutdown(client, Shutdown::Read));
+        let deadline = Instant::now() + STOP_TIMEOUT;
+        for client in clients {
+            while !client.thread.is_finished() && Instant::now() < deadline {
                 thread::sleep(Duration::from_millis(2));
             }
-            shutdown(&visitor, Shutdown::Both);
-            if visitor.thread.join().is_err() {
-                tracing::error!("a visitor's thread stopped by itself: please report this");
+            shutdown(&client, Shutdown::Both);
+            if client.thread.join().is_err() {
+                tracing::error!("a page client's thread panicked: please report this");
             }
         }
     }
 }
 
-/// Where a port can be reached from here that listens at an address.
+/// The address at which this machine reaches a port that is bound to an address.
 fn reachable(at: IpAddr) -> IpAddr {
     match at {
         IpAddr::V4(at) if at.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
@@ -159,135 +160,135 @@ fn reachable(at: IpAddr) -> IpAddr {
     }
 }
 
-/// Takes in visitors to the end. Those who are still there then.
-fn accept_all(bound: &TcpListener, is_ending: &AtomicBool, house: &Arc<House>) -> Vec<Visitor> {
-    let mut visitors: Vec<Visitor> = Vec::new();
-    // Peers, who may be long, have all connections; visitors, who are short, never take the last ones from them.
-    let most = (house.access.limits().connections / 4).max(FEWEST);
-    let mut visits = 0u64;
+/// Accepts clients until the listener stops. Returns those that are still connected then.
+fn accept_all(bound: &TcpListener, is_stopping: &AtomicBool, server: &Arc<Server>) -> Vec<Client> {
+    let mut clients: Vec<Client> = Vec::new();
+    // A quarter of the daemon's limit, on top of it: requests never take the place of a connection of the daemon.
+    let limit = (server.access.limits().connections / 4).max(MIN_CLIENTS);
+    let mut accepted = 0u64;
     loop {
-        let accepted = bound.accept();
-        if is_ending.load(Ordering::Acquire) {
-            return visitors;
+        let connection = bound.accept();
+        if is_stopping.load(Ordering::Acquire) {
+            return clients;
         }
-        visitors.retain(|visitor| !visitor.thread.is_finished());
-        let welcomed = accepted.and_then(|(stream, _)| {
+        clients.retain(|client| !client.thread.is_finished());
+        let started = connection.and_then(|(stream, _)| {
             stream.set_nodelay(true)?;
             let local = stream.local_addr()?;
             let socket = Arc::new(Socket::Tcp(stream));
-            if visitors.len() >= most {
-                turn_away(&socket, most);
+            if clients.len() >= limit {
+                refuse_client(&socket, limit);
                 return Ok(());
             }
-            visits += 1;
-            let (house, weak, number) = (Arc::clone(house), Arc::downgrade(&socket), visits);
+            accepted += 1;
+            let (server, weak, number) = (Arc::clone(server), Arc::downgrade(&socket), accepted);
             let thread = thread::Builder::new()
-                .name("page visitor".to_owned())
+                .name("page client".to_owned())
                 .stack_size(STACK)
-                .spawn(move || house.visit(socket, local, number))?;
-            visitors.push(Visitor { socket: weak, thread });
+                .spawn(move || server.serve(socket, local, number))?;
+            clients.push(Client { socket: weak, thread });
             Ok(())
         });
-        if let Err(error) = welcomed {
-            tracing::warn!("{}: cannot accept a visitor: {error}", house.place);
-            // Usually too many open files, which takes some time to pass.
+        if let Err(error) = started {
+            tracing::warn!("{}: cannot accept a client: {error}", server.url);
+            // The usual reason is too many open files, which takes a while to pass.
             thread::sleep(Duration::from_millis(100));
         }
     }
 }
 
-/// Tells somebody that there is no room. Who does not take so few bytes at once is not waited for.
-fn turn_away(socket: &Socket, most: usize) {
-    tracing::debug!("a visitor is turned away: there are {most}");
-    let text = format!("there are {most} visitors, and no more may be: try again later");
-    let answer = Answer::from(Refusal::new(503, text)).encode(false);
-    let _ = socket.write(&answer, Duration::from_millis(10));
+/// Sends a 503 to a client above the limit. A socket without room for so few bytes is not waited for.
+fn refuse_client(socket: &Socket, limit: usize) {
+    tracing::debug!("a client is refused: {limit} are connected");
+    let text = format!("{limit} clients are connected, the most at a time: try again later");
+    let response = Response::from(Refusal::new(503, text)).encode(false);
+    let _ = socket.write(&response, Duration::from_millis(10));
     socket.shutdown(Shutdown::Write);
 }
 
-impl House {
-    /// Answers one question of a visitor, or makes a peer of him.
-    fn visit(&self, socket: Arc<Socket>, local: SocketAddr, number: u64) {
-        let Some((asked, early)) = hear(&socket, HEAD.min(self.access.limits().timeout)) else { return };
-        let is_head = asked.as_ref().is_ok_and(|request| request.is_head);
-        let is_name = |host: &str| self.is_name(host, local);
-        let reply = asked.and_then(|request| {
-            let is_socket = Routes::is_socket(&request);
-            request.check_origin(is_name, is_socket)?;
-            if is_socket { websocket::handshake(&request).map(Reply::Socket) } else { Ok(self.routes.answer(&request)) }
-        });
-        let patience = self.access.limits().timeout;
-        let answer = match reply {
-            Ok(Reply::Socket(handshake)) => {
-                if socket.write(&handshake, patience).is_ok() {
-                    self.access.admit(Box::new(WebSocket::new(socket, early)), &format!("{}/ws", self.place));
+impl Server {
+    /// Responds to one request of a client, or makes it a connection of the daemon.
+    fn serve(&self, socket: Arc<Socket>, local: SocketAddr, number: u64) {
+        let timeout = self.access.limits().timeout;
+        let Some((request, early)) = read_request(&socket, HEAD_TIMEOUT.min(timeout)) else { return };
+        let is_head = request.as_ref().is_ok_and(|request| request.is_head);
+        let (response, _permit) = match request.and_then(|request| self.reply(&request, local)) {
+            Ok(Reply::Upgrade(handshake)) => {
+                if socket.write(&handshake, timeout).is_ok() {
+                    self.access.admit(Box::new(WebSocket::new(socket, early)), &format!("{}/ws", self.url));
                 }
                 return;
             }
-            Ok(Reply::Answer(answer, turn)) => (answer, turn),
+            Ok(Reply::Response(response, permit)) => (response, permit),
             Err(refusal) => (refusal.into(), None),
         };
-        let (answer, _turn) = answer;
-        match socket.write(&answer.encode(is_head), patience) {
-            Ok(()) => part(&socket),
-            Err(error) => tracing::debug!("visitor {number}: cannot answer: {error}"),
+        match socket.write(&response.encode(is_head), timeout) {
+            Ok(()) => close(&socket),
+            Err(error) => tracing::debug!("client {number}: cannot respond: {error}"),
         }
     }
 
-    /// Whether this place is called so, as reached at an address of this machine.
+    fn reply(&self, request: &Request, local: SocketAddr) -> Result<Reply, Refusal> {
+        let is_websocket = Routes::is_websocket(request);
+        request.check_origin(|host| self.is_name(host, local), is_websocket)?;
+        if is_websocket { websocket::handshake(request).map(Reply::Upgrade) } else { Ok(self.routes.reply(request)) }
+    }
+
+    /// Whether a host is one of this server's, for a client that has connected to a local address.
     fn is_name(&self, host: &str, local: SocketAddr) -> bool {
         let (ip, port) = (local.ip().to_canonical(), local.port());
-        let own = ["localhost".to_owned(), "127.0.0.1".to_owned(), "[::1]".to_owned(), written(ip)];
+        let own = ["localhost".to_owned(), "127.0.0.1".to_owned(), "[::1]".to_owned(), host_of(ip)];
         let is = |name: &str| {
             let without = host.strip_prefix(name);
             without
                 .is_some_and(|rest| rest.strip_prefix(':') == Some(&port.to_string()) || rest.is_empty() && port == 80)
         };
-        // What stands before this place may have another port.
+        // A given name may also be that of a proxy, which may have another port.
         own.iter().any(|name| is(name)) || self.names.iter().any(|name| is(name) || host == name)
     }
 }
 
-fn written(ip: IpAddr) -> String {
+/// An address as it is written in a host.
+fn host_of(ip: IpAddr) -> String {
     match ip {
         IpAddr::V4(ip) => ip.to_string(),
         IpAddr::V6(ip) => format!("[{ip}]"),
     }
 }
 
-/// The question of a visitor, or why it is none, and what came after it; nothing, if he has gone or said nothing.
-fn hear(socket: &Socket, patience: Duration) -> Option<(Result<Request, Refusal>, Vec<u8>)> {
-    let deadline = Instant::now() + patience;
-    let mut heard = Vec::new();
+/// The request of a client, or its refusal, and the bytes after it; none if the client closed or sent nothing.
+fn read_request(socket: &Socket, timeout: Duration) -> Option<(Result<Request, Refusal>, Vec<u8>)> {
+    let deadline = Instant::now() + timeout;
+    let mut received = Vec::new();
     let mut buffer = [0; 4096];
     loop {
         let left = deadline.saturating_duration_since(Instant::now()).max(Duration::from_millis(1));
         match socket.read(&mut buffer, left) {
             Ok(Some([])) | Err(_) => return None,
-            Ok(Some(bytes)) => heard.extend_from_slice(bytes),
+            Ok(Some(bytes)) => received.extend_from_slice(bytes),
             Ok(None) => {}
         }
-        match Request::parse(&heard) {
-            Ok(Some((request, length))) => return Some((Ok(request), heard.split_off(length))),
+        match Request::parse(&received) {
+            Ok(Some((request, length))) => return Some((Ok(request), received.split_off(length))),
             Err(refusal) => return Some((Err(refusal), Vec::new())),
             Ok(None) if Instant::now() < deadline => {}
-            Ok(None) if heard.is_empty() => return None,
+            Ok(None) if received.is_empty() => return None,
             Ok(None) => {
-                let text = format!("the head of a request, of at most {LONGEST_HEAD} bytes, has to come in time");
+                let text = format!("the head of a request, of at most {MAX_HEAD} bytes, must be complete in time");
                 return Some((Err(Refusal::new(408, text)), Vec::new()));
             }
         }
     }
 }
 
-/// Hangs up. What the visitor still says is read for a moment: a system that throws it away tells him to throw our
-/// answer away.
-fn part(socket: &Socket) {
+/// Closes a connection. What the client still sends is read for a moment: unread bytes would reset the connection, and
+/// a reset can discard the response at the client.
+fn close(socket: &Socket) {
     socket.shutdown(Shutdown::Write);
-    let deadline = Instant::now() + FAREWELL;
+    let deadline = Instant::now() + LINGER;
     let mut buffer = [0; 4096];
     while Instant::now() < deadline {
-        match socket.read(&mut buffer, FAREWELL) {
+        match socket.read(&mut buffer, LINGER) {
             Ok(Some([])) | Ok(None) | Err(_) => return,
             Ok(Some(_)) => {}
         }

@@ -1,73 +1,226 @@
-//! The daemon's numbers for Prometheus (text format 0.0.4).
+//! The daemon's metrics for Prometheus, in the text format of OpenMetrics 1.0.
 //!
-//! In: how the daemon is. Out: one family after another, with a line a stream. Invariants: names of streams, which are
-//! anybody's, are escaped. Must not know: how the numbers come about.
+//! In: the daemon's status; histograms of frame times.
+//! Out: the text of one scrape.
+//! Invariants: the names are documented and stay. Names of streams, which any producer chooses, are escaped.
+//! Must not know: how the numbers come about, HTTP.
 
-use std::fmt::{Display, Write};
+#[cfg(target_os = "linux")]
+mod process;
+
+use std::fmt;
 
 use hopes_protocol::{Status, StreamStatus};
+use prometheus_client::collector::Collector;
+use prometheus_client::encoding::{DescriptorEncoder, EncodeGaugeValue, EncodeMetric, text};
+use prometheus_client::metrics::counter::ConstCounter;
+use prometheus_client::metrics::gauge::ConstGauge;
+use prometheus_client::metrics::histogram::Histogram;
+use prometheus_client::metrics::{MetricType, TypedMetric};
+use prometheus_client::registry::{Registry, Unit};
 
-/// The kind of the answer.
-pub const KIND: &str = "text/plain; version=0.0.4; charset=utf-8";
+use crate::daemon::FrameTimes;
 
-/// A number of a stream: its name, what kind of number it is, what it says, how to get it.
-type Family = (&'static str, &'static str, &'static str, fn(&StreamStatus) -> u64);
+/// The media type of the text.
+pub const MEDIA_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
-const FAMILIES: [Family; 12] = [
-    ("frames_total", "counter", "Frames closed.", |stream| stream.info.frame),
-    ("points", "gauge", "Points in the window.", |stream| stream.info.points),
-    ("vertices", "gauge", "Distinct positions.", |stream| stream.info.vertices),
-    ("producers", "gauge", "Channels that feed it.", |stream| stream.info.producers.into()),
-    ("consumers", "gauge", "Channels that follow it.", |stream| stream.info.consumers.into()),
-    ("computed_total", "counter", "Skeletons computed.", |stream| stream.computed),
-    ("accepted_points_total", "counter", "Points accepted.", |stream| stream.accepted),
-    ("refused_points_total", "counter", "Points refused.", |stream| stream.refused),
-    ("dropped_points_total", "counter", "Points dropped by overload.", |stream| stream.dropped),
-    ("waiting_points", "gauge", "Points that wait for the engine.", |stream| stream.waiting),
-    ("lagged_frames_total", "counter", "Frames that consumers were not sent singly.", |stream| stream.lagged),
-    ("memory_bytes", "gauge", "Estimate of the memory held.", |stream| stream.memory),
+/// The metrics of one scrape, as text.
+///
+/// # Errors
+/// Of the encoder, which has none to expect.
+pub fn write(status: Status, frame_times: Vec<(String, FrameTimes)>) -> Result<String, fmt::Error> {
+    let mut registry = Registry::default();
+    registry.register_collector(Box::new(Scrape { status, frame_times }));
+    let mut out = String::new();
+    text::encode(&mut out, &registry)?;
+    Ok(out)
+}
+
+/// What is encoded in one scrape.
+#[derive(Debug)]
+struct Scrape {
+    status: Status,
+    /// By the name of the stream.
+    frame_times: Vec<(String, FrameTimes)>,
+}
+
+/// A metric of every stream: a counter or a gauge, named without its unit and without `_total`.
+struct StreamMetric {
+    name: &'static str,
+    help: &'static str,
+    unit: Option<Unit>,
+    kind: MetricType,
+    value: fn(&StreamStatus) -> u64,
+}
+
+const fn counter(name: &'static str, help: &'static str, value: fn(&StreamStatus) -> u64) -> StreamMetric {
+    StreamMetric { name, help, unit: None, kind: MetricType::Counter, value }
+}
+
+const fn gauge(name: &'static str, help: &'static str, value: fn(&StreamStatus) -> u64) -> StreamMetric {
+    StreamMetric { name, help, unit: None, kind: MetricType::Gauge, value }
+}
+
+const STREAM_METRICS: [StreamMetric; 12] = [
+    counter("hopes_stream_frames", "Frames closed.", |stream| stream.info.frame),
+    gauge("hopes_stream_points", "Points in the window.", |stream| stream.info.points),
+    gauge("hopes_stream_vertices", "Distinct positions in the window.", |stream| stream.info.vertices),
+    gauge("hopes_stream_producers", "Channels that produce points.", |stream| stream.info.producers as u64),
+    gauge("hopes_stream_consumers", "Channels that consume frames.", |stream| stream.info.consumers as u64),
+    counter("hopes_stream_computed", "Skeletons computed.", |stream| stream.computed),
+    counter("hopes_stream_accepted_points", "Points accepted.", |stream| stream.accepted),
+    counter("hopes_stream_refused_points", "Points refused.", |stream| stream.refused),
+    counter("hopes_stream_dropped_points", "Points dropped by overload.", |stream| stream.dropped),
+    gauge("hopes_stream_waiting_points", "Points that wait for the engine.", |stream| stream.waiting),
+    counter("hopes_stream_lagged_frames", "Frames that lagging consumers did not get singly.", |stream| stream.lagged),
+    StreamMetric {
+        name: "hopes_stream_memory",
+        help: "Estimate of the memory held.",
+        unit: Some(Unit::Bytes),
+        kind: MetricType::Gauge,
+        value: |stream| stream.memory,
+    },
 ];
 
-/// All numbers.
-pub fn write(status: &Status) -> String {
-    let mut out = String::new();
-    single(&mut out, "uptime_seconds", "gauge", "How long it runs.", status.uptime_ms as f64 / 1000.0);
-    single(&mut out, "connections", "gauge", "Peers that are connected.", status.connections);
-    let text = "Messages that could not be read or were not expected.";
-    single(&mut out, "refused_messages_total", "counter", text, status.refused_messages);
-    single(&mut out, "memory_bytes", "gauge", "Estimate of the memory held for all streams.", status.memory);
-    single(&mut out, "streams", "gauge", "Streams.", status.streams.len());
-    for (name, kind, text, number) in FAMILIES {
-        let name = format!("hopes_stream_{name}");
-        begin(&mut out, &name, kind, text);
-        for stream in &status.streams {
-            // Writing into a string does not fail.
-            let _ = writeln!(out, "{name}{{stream=\"{}\"}} {}", escaped(&stream.info.name), number(stream));
+/// A histogram of every stream, in seconds.
+type FrameTime = (&'static str, &'static str, fn(&FrameTimes) -> &Histogram);
+
+const FRAME_TIMES: [FrameTime; 4] = [
+    ("hopes_stream_frame", "Time from the first point of a frame to its publication.", |times| &times.total),
+    ("hopes_stream_triangulation", "Time to update the triangulation, of each frame.", |times| &times.triangulation),
+    ("hopes_stream_reduction", "Time to reduce the filtration, of each frame.", |times| &times.reduction),
+    ("hopes_stream_publishing", "Time to publish the views, of each frame.", |times| &times.publishing),
+];
+
+impl Collector for Scrape {
+    fn encode(&self, mut encoder: DescriptorEncoder) -> fmt::Result {
+        let encoder = &mut encoder;
+        let Status { uptime_ms, connections, refused_messages, memory, streams, .. } = &self.status;
+        let uptime = *uptime_ms as f64 / 1000.0;
+        encode_gauge(encoder, "hopes_uptime", "Time since the start.", Some(&Unit::Seconds), uptime)?;
+        encode_gauge(encoder, "hopes_connections", "Peers that are connected.", None, u64::from(*connections))?;
+        let help = "Messages that could not be decoded or were not expected.";
+        encode_counter(encoder, "hopes_refused_messages", help, None, ConstCounter::new(*refused_messages))?;
+        let help = "Estimate of the memory held for all streams.";
+        encode_gauge(encoder, "hopes_memory", help, Some(&Unit::Bytes), *memory)?;
+        encode_gauge(encoder, "hopes_streams", "Streams.", None, streams.len() as u64)?;
+        for metric in &STREAM_METRICS {
+            encode_streams(encoder, metric, streams)?;
+        }
+        for metric in &FRAME_TIMES {
+            self.encode_frame_times(encoder, metric)?;
+        }
+        #[cfg(target_os = "linux")]
+        process::encode(encoder)?;
+        Ok(())
+    }
+}
+
+impl Scrape {
+    fn encode_frame_times(&self, encoder: &mut DescriptorEncoder, metric: &FrameTime) -> fmt::Result {
+        let (name, help, histogram) = metric;
+        let mut family = encoder.encode_descriptor(name, help, Some(&Unit::Seconds), MetricType::Histogram)?;
+        for (stream, times) in &self.frame_times {
+            let labels = [("stream", &stream[..])];
+            histogram(times).encode(family.encode_family(&labels)?)?;
+        }
+        Ok(())
+    }
+}
+
+fn encode_streams(encoder: &mut DescriptorEncoder, metric: &StreamMetric, streams: &[StreamStatus]) -> fmt::Result {
+    let mut family = encoder.encode_descriptor(metric.name, metric.help, metric.unit.as_ref(), metric.kind)?;
+    for stream in streams {
+        let labels = [("stream", &stream.info.name[..])];
+        let (encoder, value) = (family.encode_family(&labels)?, (metric.value)(stream));
+        match metric.kind {
+            MetricType::Counter => ConstCounter::new(value).encode(encoder)?,
+            _ => ConstGauge::new(value).encode(encoder)?,
         }
     }
-    out
+    Ok(())
 }
 
-fn single(out: &mut String, name: &str, kind: &str, text: &str, number: impl Display) {
-    let name = format!("hopes_{name}");
-    begin(out, &name, kind, text);
-    let _ = writeln!(out, "{name} {number}");
+/// Encodes a gauge without labels; its full name ends with its unit.
+fn encode_gauge<N>(
+    encoder: &mut DescriptorEncoder,
+    name: &str,
+    help: &str,
+    unit: Option<&Unit>,
+    value: N,
+) -> fmt::Result
+where
+    N: EncodeGaugeValue,
+    ConstGauge<N>: EncodeMetric,
+{
+    ConstGauge::new(value).encode(encoder.encode_descriptor(name, help, unit, MetricType::Gauge)?)
 }
 
-fn begin(out: &mut String, name: &str, kind: &str, text: &str) {
-    let _ = writeln!(out, "# HELP {name} {text}\n# TYPE {name} {kind}");
-}
-
-fn escaped(name: &str) -> String {
-    name.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
+/// Encodes a counter without labels; its full name ends with its unit and `_total`.
+fn encode_counter<N>(
+    encoder: &mut DescriptorEncoder,
+    name: &str,
+    help: &str,
+    unit: Option<&Unit>,
+    counter: ConstCounter<N>,
+) -> fmt::Result
+where
+    ConstCounter<N>: EncodeMetric + TypedMetric,
+{
+    counter.encode(encoder.encode_descriptor(name, help, unit, MetricType::Counter)?)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn status(streams: Vec<StreamStatus>) -> Status {
+        Status {
+            software: "test".to_owned(),
+            epoch: 1,
+            uptime_ms: 1500,
+            connections: 2,
+            refused_messages: 3,
+            memory: u64::MAX,
+            memory_limit: 0,
+            streams,
+        }
+    }
+
     #[test]
-    fn names_cannot_pretend_to_be_something_else() {
-        assert_eq!(escaped("a\"} 1\nb\\"), "a\\\"} 1\\nb\\\\");
+    fn labels_are_escaped() {
+        let name = "a\"} 1\nb\\";
+        let text = write(status(vec![]), vec![(name.to_owned(), FrameTimes::default())]).unwrap();
+        let escaped = "{stream=\"a\\\"} 1\\nb\\\\\"}";
+        assert!(text.lines().any(|line| line == format!("hopes_stream_frame_seconds_count{escaped} 0")), "{text}");
+        assert!(!text.lines().any(|line| line.starts_with('b')), "{text}");
+    }
+
+    #[test]
+    fn numbers_keep_all_their_digits() {
+        let text = write(status(vec![]), vec![]).unwrap();
+        for line in
+            ["hopes_uptime_seconds 1.5", "hopes_refused_messages_total 3", "hopes_memory_bytes 18446744073709551615"]
+        {
+            assert!(text.lines().any(|found| found == line), "{line}: {text}");
+        }
+        assert!(text.ends_with("\n# EOF\n"));
+    }
+
+    #[test]
+    fn observed_times_are_counted() {
+        let times = FrameTimes::default();
+        times.total.observe(0.003);
+        times.total.observe(100.0);
+        let text = write(status(vec![]), vec![("a".to_owned(), times)]).unwrap();
+        for line in [
+            "hopes_stream_frame_seconds_count{stream=\"a\"} 2",
+            "hopes_stream_frame_seconds_sum{stream=\"a\"} 100.003",
+            "hopes_stream_frame_seconds_bucket{le=\"0.0032\",stream=\"a\"} 1",
+            "hopes_stream_frame_seconds_bucket{le=\"+Inf\",stream=\"a\"} 2",
+            "hopes_stream_reduction_seconds_count{stream=\"a\"} 0",
+        ] {
+            assert!(text.lines().any(|found| found == line), "{line}: {text}");
+        }
     }
 }

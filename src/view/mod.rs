@@ -1,15 +1,14 @@
-//! The live page of a daemon: a place for browsers, and for whatever else reads HTTP.
+//! The live page of a daemon, and its other HTTP resources.
 //!
-//! ```text
-//!            ┌─▶ routes ─▶ assets, metrics, snapshot ─▶ answer, and that is all
-//! listener ──┤
-//!            └─▶ websocket ─▶ a peer of the daemon, who may only read
-//! ```
+//! ```text ┌─▶ routes ─▶ assets, metrics, snapshot ─▶ one response, then the connection is closed listener ──┤ └─▶
+//! websocket (framing) ─▶ a read-only connection of the daemon ```
 //!
-//! In: connections. Out: the page and its files, `/healthz`, `/metrics`, `/api/streams`, `/api/streams/NAME/snapshot`;
-//! at `/ws` the protocol itself, byte by byte. Invariants: nobody changes anything here; what another site's page asks
-//! for in a visitor's name is refused or stays unreadable for it; whatever is sent, or not read, costs one thread and
-//! a bounded buffer. Must not know: engines, geometry.
+//! In: connections.
+//! Out: the page and its files, `/healthz`, `/metrics`, `/api/streams`, `/api/streams/NAME/snapshot`; at `/ws` the
+//! protocol itself, byte by byte.
+//! Invariants: no request changes anything. Requests that the page of another site causes are refused, or that page
+//! cannot read the response. A client that sends anything, or does not read, costs one thread and a bounded buffer.
+//! Must not know: engines, geometry.
 
 mod assets;
 mod framing;
@@ -20,4 +19,4 @@ mod routes;
 mod snapshot;
 mod websocket;
 
-pub use listener::{Page, Place};
+pub use listener::{Page, PageAddress as Place};

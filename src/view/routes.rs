@@ -1,105 +1,118 @@
-//! What is where: paths and their answers.
+//! Routing: the paths of the server and their responses.
 //!
-//! In: a request that is meant for this place. Out: an answer. Invariants: what is not there is told as such, and what
-//! is wrong with a question by name; few snapshots are made at a time. Must not know: sockets, HTTP's own rules.
+//! In: a request whose host and origin were checked.
+//! Out: a response.
+//! Invariants: a refusal says what is wrong with the request. The number of snapshots that are made at a time is
+//! bounded.
+//! Must not know: sockets, the rules of HTTP.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use super::assets::Assets;
-use super::http::{Answer, Refusal, Request};
+use super::http::{Refusal, Request, Response};
 use super::metrics;
-use super::snapshot::{self, Wanted};
+use super::snapshot::{self, SnapshotRequest};
 use crate::daemon::{HttpAccess, SnapshotError};
 
-/// Snapshots that are made or sent at one time: each may be many megabytes.
-const SNAPSHOTS: usize = 4;
+/// Snapshots that are made or sent at one time at the most: each may be many megabytes.
+const MAX_SNAPSHOTS: usize = 4;
 
-/// How long an engine may take to come to a question.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// How long the engine may take until it answers a request for a snapshot.
+const SNAPSHOT_TIMEOUT: Duration = Duration::from_secs(10);
 
 const JSON: &str = "application/json";
 const TEXT: &str = "text/plain; charset=utf-8";
 
-/// What comes of a request.
+/// The reply to a request.
 pub enum Reply {
-    /// An answer, and the turn that it took.
-    Answer(Answer, Option<Turn>),
-    /// The answer after which a WebSocket begins.
-    Socket(Vec<u8>),
+    /// A response, and the permit that is held until it is sent.
+    Response(Response, Option<SnapshotPermit>),
+    /// The response after which a WebSocket begins.
+    Upgrade(Vec<u8>),
 }
 
-/// All that is here.
+/// All resources of the server.
 pub struct Routes {
     access: HttpAccess,
     assets: Assets,
+    /// How many snapshots are made or sent.
     snapshots: Arc<AtomicUsize>,
 }
 
-/// One of the few who may have a snapshot at a time, until this is dropped.
-pub struct Turn(Arc<AtomicUsize>);
+/// The permit to make and send a snapshot, until this is dropped.
+pub struct SnapshotPermit(Arc<AtomicUsize>);
 
-impl Drop for Turn {
+impl Drop for SnapshotPermit {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::AcqRel);
     }
 }
 
 impl Routes {
-    /// Of a daemon.
+    /// The resources of a daemon.
     pub fn new(access: HttpAccess) -> Self {
         Self { access, assets: Assets::new(), snapshots: Arc::default() }
     }
 
-    /// Whether that is where the protocol is spoken.
-    pub fn is_socket(request: &Request) -> bool {
+    /// Whether the path is that of the WebSocket.
+    pub fn is_websocket(request: &Request) -> bool {
         request.path == "/ws"
     }
 
-    /// Answers a request for anything else.
-    pub fn answer(&self, request: &Request) -> Reply {
+    /// The reply to a request for any other path.
+    pub fn reply(&self, request: &Request) -> Reply {
         let of_stream = request.path.strip_prefix("/api/streams/").and_then(|rest| rest.strip_suffix("/snapshot"));
-        let answer = match (&request.path[..], of_stream) {
+        let response = match (&request.path[..], of_stream) {
             (_, Some(name)) => match self.snapshot(name, request) {
-                Ok((answer, turn)) => return Reply::Answer(answer, Some(turn)),
+                Ok((response, permit)) => return Reply::Response(response, Some(permit)),
                 Err(refusal) => refusal.into(),
             },
-            ("/healthz", _) => Answer::new(TEXT, "ok\n"),
-            ("/metrics", _) => Answer::new(metrics::KIND, metrics::write(&self.access.status())),
+            ("/healthz", _) => Response::new(TEXT, "ok\n"),
+            ("/metrics", _) => self.metrics(),
             ("/api/streams", _) => self.streams(),
             (path, _) => self.asset(path, request),
         };
-        Reply::Answer(answer, None)
+        Reply::Response(response, None)
     }
 
-    fn asset(&self, path: &str, request: &Request) -> Answer {
+    fn asset(&self, path: &str, request: &Request) -> Response {
         match self.assets.get(path) {
-            Some(asset) => Answer::new(asset.kind, asset.body).version(&asset.tag, request.has_version(&asset.tag)),
-            None => Refusal::new(404, "there is nothing here: begin at /").into(),
+            Some(asset) => {
+                Response::new(asset.media_type, asset.body).version(&asset.tag, request.has_version(&asset.tag))
+            }
+            None => Refusal::new(404, "there is nothing here: start at /").into(),
         }
     }
 
-    /// As `hopes status --json`.
-    fn streams(&self) -> Answer {
+    fn metrics(&self) -> Response {
+        match metrics::write(self.access.status(), self.access.frame_times()) {
+            Ok(text) => Response::new(metrics::MEDIA_TYPE, text),
+            Err(error) => Refusal::new(500, format!("the metrics cannot be written: {error}")).into(),
+        }
+    }
+
+    /// The same JSON as that of `hopes status --json`.
+    fn streams(&self) -> Response {
         match serde_json::to_vec(&self.access.status()) {
             Ok(mut json) => {
                 json.push(b'\n');
-                Answer::new(JSON, json)
+                Response::new(JSON, json)
             }
-            Err(error) => Refusal::new(500, format!("the numbers cannot be written: {error}")).into(),
+            Err(error) => Refusal::new(500, format!("the status cannot be written: {error}")).into(),
         }
     }
 
-    fn snapshot(&self, name: &str, request: &Request) -> Result<(Answer, Turn), Refusal> {
+    fn snapshot(&self, name: &str, request: &Request) -> Result<(Response, SnapshotPermit), Refusal> {
         let bad = |text| Refusal::new(400, text);
         let name = snapshot::decoded(name).map_err(bad)?;
-        let wanted = Wanted::parse(request.query.as_deref().unwrap_or_default()).map_err(bad)?;
-        let turn = self.turn().ok_or_else(|| {
-            Refusal::new(503, format!("{SNAPSHOTS} snapshots are being made, and no more at a time: try again"))
+        let wanted = SnapshotRequest::parse(request.query.as_deref().unwrap_or_default()).map_err(bad)?;
+        let permit = self.snapshot_permit().ok_or_else(|| {
+            Refusal::new(503, format!("{MAX_SNAPSHOTS} snapshots are being made, the most at a time: try again"))
         })?;
-        let patience = PATIENCE.min(self.access.limits().timeout);
-        let seen = self.access.snapshot_once(&name, wanted.view, patience).map_err(|error| {
+        let timeout = SNAPSHOT_TIMEOUT.min(self.access.limits().timeout);
+        let snapshot = self.access.snapshot_once(&name, wanted.view, timeout).map_err(|error| {
             let status = match error {
                 SnapshotError::BadView(_) => 400,
                 SnapshotError::NoStream(_) | SnapshotError::NoFrame(_) => 404,
@@ -107,13 +120,13 @@ impl Routes {
             };
             Refusal::new(status, error.to_string())
         })?;
-        let body = wanted.form.write(&name, &seen).map_err(|error| Refusal::new(500, error.to_string()))?;
-        Ok((Answer::new(wanted.form.kind(), body), turn))
+        let body = wanted.format.write(&name, &snapshot).map_err(|error| Refusal::new(500, error.to_string()))?;
+        Ok((Response::new(wanted.format.media_type(), body), permit))
     }
 
-    fn turn(&self) -> Option<Turn> {
-        let turn = Turn(Arc::clone(&self.snapshots));
-        // Who comes too late gives the turn back by dropping it.
-        (self.snapshots.fetch_add(1, Ordering::AcqRel) < SNAPSHOTS).then_some(turn)
+    fn snapshot_permit(&self) -> Option<SnapshotPermit> {
+        let permit = SnapshotPermit(Arc::clone(&self.snapshots));
+        // A permit above the limit is dropped, which counts down again.
+        (self.snapshots.fetch_add(1, Ordering::AcqRel) < MAX_SNAPSHOTS).then_some(permit)
     }
 }

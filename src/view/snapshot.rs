@@ -1,8 +1,10 @@
-//! One frame of a stream: which view of it is wanted in which form, and that form.
+//! A snapshot of a stream as a document: which view and format a query requests, and the formats.
 //!
-//! In: a query, a snapshot. Out: JSON (a line as `hopes serve` writes it), GeoJSON, or SVG. Invariants: a query that
-//! says nothing known, or two things at once, is refused by name; the size of a picture is bounded by its pixels. Must
-//! not know: where snapshots come from.
+//! In: a query, a snapshot.
+//! Out: JSON (a line as `hopes serve` writes it), GeoJSON, or SVG.
+//! Invariants: a query with an unknown key, or with two values for one, is refused with the reason. The size of a
+//! picture is bounded by its pixels.
+//! Must not know: where snapshots come from.
 
 mod geojson;
 mod svg;
@@ -11,61 +13,61 @@ use hopes_protocol::{Cut, Simplify, Snapshot, View};
 
 use crate::formats::frame_line::FrameLine;
 
-/// What is asked for.
+/// What a query requests.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted {
-    /// Which part of the skeleton.
+pub struct SnapshotRequest {
+    /// The view.
     pub view: View,
-    /// In which form.
-    pub form: Form,
+    /// The format.
+    pub format: Format,
 }
 
-/// Forms of a snapshot.
+/// Formats of a snapshot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Form {
-    /// A line as on the daemon's stdout.
+pub enum Format {
+    /// A line as `hopes serve` writes it.
     #[default]
     Json,
-    /// Features.
+    /// A FeatureCollection.
     GeoJson,
     /// A picture.
     Svg,
 }
 
-impl Wanted {
-    /// What a query asks for: `format=json|geojson|svg`, and `k=..&l=..`, `alpha=..` or `full`.
+impl SnapshotRequest {
+    /// The request of a query: `format=json|geojson|svg`, and `k=..&l=..`, `alpha=..` or `full`.
     ///
     /// # Errors
-    /// What is wrong with it, and what may be asked for.
+    /// The text says what is wrong with it, and what may be requested.
     pub fn parse(query: &str) -> Result<Self, String> {
-        let (mut form, mut k, mut l, mut alpha, mut full) = (None, None, None, None, None);
+        let (mut format, mut k, mut l, mut alpha, mut full) = (None, None, None, None, None);
         for part in query.split('&').filter(|part| !part.is_empty()) {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
             let value = decoded(value)?;
             match key {
-                "format" => once(key, &mut form, Form::parse(&value)?)?,
-                "k" => once(key, &mut k, count(key, &value)?)?,
-                "l" => once(key, &mut l, count(key, &value)?)?,
-                "alpha" => once(key, &mut alpha, radius(&value)?)?,
-                "full" if value.is_empty() => once(key, &mut full, ())?,
+                "format" => set_once(key, &mut format, Format::parse(&value)?)?,
+                "k" => set_once(key, &mut k, count(key, &value)?)?,
+                "l" => set_once(key, &mut l, count(key, &value)?)?,
+                "alpha" => set_once(key, &mut alpha, radius(&value)?)?,
+                "full" if value.is_empty() => set_once(key, &mut full, ())?,
                 "full" => return Err("full has no value".to_owned()),
-                _ => return Err(format!("{key:?} cannot be asked for: there are format, k, l, alpha, full")),
+                _ => return Err(format!("{key:?} cannot be requested: use format, k, l, alpha, full")),
             }
         }
         let cut = match (full, alpha, k.or(l)) {
             (Some(()), None, None) => Cut::Full,
             (None, Some(alpha), None) => Cut::Reduced(alpha),
             (None, None, _) => Cut::Derived(k.unwrap_or(1), l.unwrap_or(1)),
-            _ => return Err("ask for k and l, or for alpha, or for full: these are different views".to_owned()),
+            _ => return Err("request k and l, or alpha, or full: these are different views".to_owned()),
         };
-        Ok(Self { view: View { cut, simplify: Simplify::No }, form: form.unwrap_or_default() })
+        Ok(Self { view: View { cut, simplify: Simplify::No }, format: format.unwrap_or_default() })
     }
 }
 
-fn once<T>(key: &str, place: &mut Option<T>, value: T) -> Result<(), String> {
-    match place.replace(value) {
+fn set_once<T>(key: &str, slot: &mut Option<T>, value: T) -> Result<(), String> {
+    match slot.replace(value) {
         None => Ok(()),
-        Some(_) => Err(format!("{key} is asked for twice")),
+        Some(_) => Err(format!("{key} is requested twice")),
     }
 }
 
@@ -79,18 +81,18 @@ fn radius(value: &str) -> Result<f64, String> {
     radius.ok_or_else(|| format!("alpha is a radius, a finite number from 0, not {value:?}"))
 }
 
-impl Form {
+impl Format {
     fn parse(word: &str) -> Result<Self, String> {
         match word {
             "json" => Ok(Self::Json),
             "geojson" => Ok(Self::GeoJson),
             "svg" => Ok(Self::Svg),
-            _ => Err(format!("{word:?} is no format: there are json, geojson, svg")),
+            _ => Err(format!("{word:?} is no format: use json, geojson, svg")),
         }
     }
 
-    /// As HTTP calls it.
-    pub fn kind(self) -> &'static str {
+    /// Its media type.
+    pub fn media_type(self) -> &'static str {
         match self {
             Self::Json => "application/json",
             Self::GeoJson => "application/geo+json",
@@ -98,7 +100,7 @@ impl Form {
         }
     }
 
-    /// A snapshot of a stream in this form.
+    /// A snapshot of a stream in this format.
     ///
     /// # Errors
     /// Of the serializer, which has none to expect.
@@ -115,22 +117,22 @@ impl Form {
     }
 }
 
-/// Where a vertex is; none, if the snapshot has none of that id. Its vertices are sorted.
-fn place(snapshot: &Snapshot, id: u64) -> Option<(f64, f64)> {
+/// The position of a vertex; none if the snapshot has no such id. Its vertices are sorted.
+fn position(snapshot: &Snapshot, id: u64) -> Option<(f64, f64)> {
     let index = snapshot.vertices.binary_search_by_key(&id, |vertex| vertex.0).ok()?;
     let (_, x, y) = snapshot.vertices[index];
     Some((x, y))
 }
 
-/// Where the ends of an edge are.
+/// The positions of an edge's ends.
 fn segment(snapshot: &Snapshot, a: u64, b: u64) -> Option<[(f64, f64); 2]> {
-    Some([place(snapshot, a)?, place(snapshot, b)?])
+    Some([position(snapshot, a)?, position(snapshot, b)?])
 }
 
-/// A part of an address, in which `%` and two digits stand for a byte.
+/// Decodes the percent-encoding of a part of an address.
 ///
 /// # Errors
-/// What is wrong with it.
+/// The text says what is wrong with it.
 pub fn decoded(part: &str) -> Result<String, String> {
     let mut bytes = Vec::with_capacity(part.len());
     let mut rest = part.as_bytes();
@@ -155,22 +157,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn queries_say_which_view_and_which_form() {
-        for (query, cut, form) in [
-            ("", Cut::Derived(1, 1), Form::Json),
-            ("format=svg&l=3", Cut::Derived(1, 3), Form::Svg),
-            ("k=2&l=3", Cut::Derived(2, 3), Form::Json),
-            ("alpha=0%2E5&format=geojson", Cut::Reduced(0.5), Form::GeoJson),
-            ("full", Cut::Full, Form::Json),
-            ("full=&", Cut::Full, Form::Json),
+    fn queries_request_a_view_and_a_format() {
+        for (query, cut, format) in [
+            ("", Cut::Derived(1, 1), Format::Json),
+            ("format=svg&l=3", Cut::Derived(1, 3), Format::Svg),
+            ("k=2&l=3", Cut::Derived(2, 3), Format::Json),
+            ("alpha=0%2E5&format=geojson", Cut::Reduced(0.5), Format::GeoJson),
+            ("full", Cut::Full, Format::Json),
+            ("full=&", Cut::Full, Format::Json),
         ] {
             let view = View { cut, simplify: Simplify::No };
-            assert_eq!(Wanted::parse(query), Ok(Wanted { view, form }), "{query}");
+            assert_eq!(SnapshotRequest::parse(query), Ok(SnapshotRequest { view, format }), "{query}");
         }
     }
 
     #[test]
-    fn queries_that_make_no_sense_say_why() {
+    fn invalid_queries_are_refused_with_the_reason() {
         for (query, says) in [
             ("k=0", "from 1"),
             ("k=99999999999", "from 1"),
@@ -182,17 +184,17 @@ mod tests {
             ("alpha=1&l=2", "different views"),
             ("k=1&k=1", "twice"),
             ("format=png", "json, geojson, svg"),
-            ("colour=red", "there are format"),
+            ("colour=red", "use format"),
             ("k=%zz", "two digits"),
             ("k=%2", "two digits"),
         ] {
-            let error = Wanted::parse(query).unwrap_err();
+            let error = SnapshotRequest::parse(query).unwrap_err();
             assert!(error.contains(says), "{query}: {error}");
         }
     }
 
     #[test]
-    fn names_are_decoded() {
+    fn percent_encoding_is_decoded() {
         assert_eq!(decoded("a%20%C3%A4%2Fb+").as_deref(), Ok("a ä/b+"));
         assert!(decoded("%FF").unwrap_err().contains("UTF-8"));
     }

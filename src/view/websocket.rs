@@ -1,61 +1,61 @@
-//! The protocol in a WebSocket: the handshake, and a connection that carries bytes both ways.
+//! The protocol in a WebSocket: the handshake, and a transport for the protocol's bytes.
 //!
-//! In: a request for an upgrade, then a client's frames. Out: the answer to it, then a [`Transport`] for the daemon's
-//! peers. Invariants: a piece of the protocol's bytes is a binary message, and where it is cut means nothing; only the
-//! peer's writer writes, so that no frame stands within another; pings are answered by its next turn. Must not know:
-//! the protocol.
+//! In: a request for an upgrade, then a client's frames.
+//! Out: the answer to the request, then a [`Transport`] for a connection of the daemon.
+//! Invariants: the protocol's bytes are the payload of binary messages; message boundaries have no meaning. Only the
+//! connection's writer thread writes, so frames never interleave. It answers a ping at its next write.
+//! Must not know: the protocol.
 
 use std::io::{self, ErrorKind};
 use std::net::Shutdown;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use sha1_smol::Sha1;
+use tungstenite::handshake::derive_accept_key;
+use tungstenite::protocol::frame::coding::{CloseCode, Control, Data, OpCode};
 
-use super::framing::{self, Asked, Kind, Unframer};
+use super::framing::{self, ControlRequests, FrameDecoder};
 use super::http::{Refusal, Request};
 use crate::daemon::{Socket, Transport};
 
-/// What the protocol is called in the handshake.
+/// The protocol's name in the handshake.
 const SUBPROTOCOL: &str = "hopes";
 
-/// The number that RFC 6455 has servers add to a client's key.
-const MAGIC: &str = "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
+/// Payloads up to this size are copied, to be written together with their header.
+const MAX_COPIED: usize = 1 << 17;
 
-/// Pieces up to this size are sent in one go with their heads.
-const TOGETHER: usize = 1 << 17;
-
-/// Close codes: done, the daemon ends.
-const DONE: u16 = 1000;
-const GOING_AWAY: u16 = 1001;
-
-/// The answer that a request for a WebSocket gets.
+/// The answer to a request for a WebSocket.
 ///
 /// # Errors
-/// [`Refusal`]: it is no such request.
+/// [`Refusal`]: it is no valid request for one.
 pub fn handshake(request: &Request) -> Result<Vec<u8>, Refusal> {
     if !request.lists("upgrade", "websocket") || !request.lists("connection", "upgrade") {
-        return Err(Refusal::upgrade("this is a WebSocket: ask for an upgrade to it"));
+        return Err(Refusal::upgrade_required("this is a WebSocket: request an upgrade to it"));
     }
     if request.header("sec-websocket-version") != Some("13") {
-        return Err(Refusal::upgrade("the version of WebSockets here is 13"));
+        return Err(Refusal::upgrade_required("the version of WebSockets here is 13"));
     }
     let key = request.header("sec-websocket-key").unwrap_or_default();
-    if STANDARD.decode(key).map_or(0, |key| key.len()) != 16 {
+    if !is_key(key) {
         return Err(Refusal::new(400, "a Sec-WebSocket-Key has 16 bytes, in base64"));
     }
     let is_offering = request.header("sec-websocket-protocol").is_some();
     if is_offering && !request.lists("sec-websocket-protocol", SUBPROTOCOL) {
         return Err(Refusal::new(400, "the subprotocol here is hopes: offer it, or none"));
     }
-    let accept = STANDARD.encode(Sha1::from([key, MAGIC].concat()).digest().bytes());
+    let accept = derive_accept_key(key.as_bytes());
     let chosen = if is_offering { format!("Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\n") } else { String::new() };
     Ok(format!(
-        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n{chosen}\r\n"
+        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
+         Sec-WebSocket-Accept: {accept}\r\n{chosen}\r\n"
     )
     .into_bytes())
+}
+
+/// Whether a key is 16 bytes in base64.
+fn is_key(key: &str) -> bool {
+    let is_digit = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'+' | b'/');
+    key.strip_suffix("==").is_some_and(|digits| digits.len() == 22 && digits.bytes().all(is_digit))
 }
 
 /// A connection after its handshake.
@@ -66,27 +66,27 @@ pub struct WebSocket {
     outgoing: Mutex<Outgoing>,
 }
 
-/// The reader's side.
+/// The state of the reader.
 #[derive(Debug)]
 struct Incoming {
-    /// What has come together with the request.
+    /// Bytes that came together with the request and are not decoded yet.
     early: Vec<u8>,
-    unframer: Unframer,
+    decoder: FrameDecoder,
     is_closed: bool,
 }
 
-/// What the writer is to say besides what it is given.
+/// Control frames that the writer has to send.
 #[derive(Debug, Default)]
 struct Outgoing {
     pong: Option<Vec<u8>>,
-    /// Why the connection ends, if the client has given a reason for that.
-    close: Option<u16>,
+    /// Why the connection ends, if the client caused that.
+    close: Option<CloseCode>,
 }
 
 impl WebSocket {
-    /// Takes on a connection; `early` has come after the request.
+    /// A WebSocket on a socket; `early` came after the request.
     pub fn new(socket: Arc<Socket>, early: Vec<u8>) -> Self {
-        let incoming = Incoming { early, unframer: Unframer::default(), is_closed: false };
+        let incoming = Incoming { early, decoder: FrameDecoder::default(), is_closed: false };
         Self { socket, incoming: Mutex::new(incoming), outgoing: Mutex::default() }
     }
 }
@@ -109,19 +109,19 @@ impl Transport for WebSocket {
             incoming.early.drain(..length);
             length
         };
-        let mut asked = Asked::default();
-        let carried = incoming.unframer.take(&mut buffer[..length], &mut asked);
-        incoming.is_closed = asked.is_closed;
+        let mut requests = ControlRequests::default();
+        let decoded = incoming.decoder.decode(&mut buffer[..length], &mut requests);
+        incoming.is_closed = requests.is_closed;
         let mut outgoing = lock(&self.outgoing);
-        outgoing.pong = asked.ping.or(outgoing.pong.take());
-        match carried {
-            Ok(0) if asked.is_closed => {
-                outgoing.close = Some(DONE);
+        outgoing.pong = requests.ping.or(outgoing.pong.take());
+        match decoded {
+            Ok(0) if requests.is_closed => {
+                outgoing.close = Some(CloseCode::Normal);
                 Ok(Some(0))
             }
-            // Frames may have come without anything that they carry.
+            // Control frames and headers have no payload for the protocol.
             Ok(0) => Ok(None),
-            Ok(carried) => Ok(Some(carried)),
+            Ok(decoded) => Ok(Some(decoded)),
             Err(error) => {
                 outgoing.close = Some(error.code());
                 Err(io::Error::new(ErrorKind::InvalidData, error))
@@ -130,20 +130,20 @@ impl Transport for WebSocket {
     }
 
     fn write(&self, bytes: &[u8], patience: Duration) -> io::Result<()> {
-        let mut together = Vec::new();
+        let mut output = Vec::new();
         if let Some(pong) = lock(&self.outgoing).pong.take() {
-            together.extend(framing::head(Kind::Pong, pong.len()));
-            together.extend(pong);
+            output.extend(framing::header(OpCode::Control(Control::Pong), pong.len()));
+            output.extend(pong);
         }
         if !bytes.is_empty() {
-            together.extend(framing::head(Kind::Binary, bytes.len()));
+            output.extend(framing::header(OpCode::Data(Data::Binary), bytes.len()));
         }
-        if bytes.len() > TOGETHER {
-            self.socket.write(&together, patience)?;
+        if bytes.len() > MAX_COPIED {
+            self.socket.write(&output, patience)?;
             return self.socket.write(bytes, patience);
         }
-        together.extend_from_slice(bytes);
-        self.socket.write(&together, patience)
+        output.extend_from_slice(bytes);
+        self.socket.write(&output, patience)
     }
 
     fn has_pending(&self) -> bool {
@@ -151,8 +151,10 @@ impl Transport for WebSocket {
     }
 
     fn finish(&self, is_daemons_end: bool, patience: Duration) -> io::Result<()> {
-        let code = lock(&self.outgoing).close.unwrap_or(if is_daemons_end { GOING_AWAY } else { DONE });
-        let close = [framing::head(Kind::Close, 2), code.to_be_bytes().to_vec()].concat();
+        let default = if is_daemons_end { CloseCode::Away } else { CloseCode::Normal };
+        let code = u16::from(lock(&self.outgoing).close.unwrap_or(default));
+        let mut close = framing::header(OpCode::Control(Control::Close), size_of::<u16>());
+        close.extend(code.to_be_bytes());
         self.socket.write(&close, patience)
     }
 
@@ -161,7 +163,7 @@ impl Transport for WebSocket {
     }
 }
 
-/// What these locks guard is whole between any two statements, so a panic elsewhere leaves it usable.
+/// The guarded values are consistent between any two statements, so a panic of another thread leaves them usable.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

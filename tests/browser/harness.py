@@ -1,9 +1,11 @@
-"""Shared parts of the browser tests: a daemon for each test, producers, and a page that is watched for errors.
+"""Fixtures of the browser's tests: a daemon, producers, and a page whose errors fail the test.
 
-In: the environment variables `HOPES_BIN`, the daemon's program, and `HOPES_CHROMIUM`, the browser; without the latter
-playwright's own browser is used. `run` sets them. Invariants: every process is stopped, also if a test fails. A test
-fails if its page logs an error, throws, or requests anything from another host than its daemon. Must not know: what
-tests check.
+In: the environment variables `HOPES_BIN`, the path of the program, and `HOPES_CHROMIUM`, the path of the browser.
+Without the latter the browser is playwright's own. `run` sets both.
+Out: running processes, pages, screenshots, the state of a page.
+Invariants: every process is stopped, also if a test fails. A page that logs an error, throws, or requests anything from
+another host than its daemon fails the test that opened it.
+Must not know: what tests check.
 """
 
 from __future__ import annotations
@@ -27,27 +29,27 @@ from urllib.parse import urlsplit
 import hopes_client as hopes
 from playwright.sync_api import Browser, ConsoleMessage, Page, Playwright, TimeoutError, sync_playwright
 
-from eyes import Eyes, Picture
+from pictures import Picture, PictureReader
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 HOPES_BIN = os.environ.get("HOPES_BIN", str(ROOT / "target/debug/hopes"))
 CHROMIUM = os.environ.get("HOPES_CHROMIUM") or None
-# The longest time for any wait, however busy the machine is.
-PATIENCE = 20.0
-# The superuser cannot use a sandbox.
+# Seconds that a test waits for anything at the most, on a busy machine.
+TIMEOUT = 20.0
+# Chromium has no sandbox for root.
 FLAGS = ["--no-sandbox"]
 WIDE = {"width": 1280, "height": 800}
 
 
-class Ends(Protocol):
-    """A test, or another object that cleans up."""
+class HasCleanup(Protocol):
+    """A test, or anything else that runs cleanups at its end."""
 
     def addCleanup(self, end: Any, *arguments: Any) -> None: ...  # noqa: N802, as tests have it
 
 
 class HasPage(Protocol):
-    """A server of a page."""
+    """Anything that serves a page."""
 
     @property
     def host(self) -> str: ...
@@ -57,9 +59,9 @@ class HasPage(Protocol):
 
 
 class Daemon:
-    """A daemon with a page, in its own folder. It is stopped at the end of the test."""
+    """A daemon with a page, in a temporary folder, stopped with the test."""
 
-    def __init__(self, test: Ends, *options: str) -> None:
+    def __init__(self, test: HasCleanup, *options: str) -> None:
         folder = tempfile.TemporaryDirectory()
         test.addCleanup(folder.cleanup)
         test.addCleanup(self.kill)
@@ -75,7 +77,7 @@ class Daemon:
         return f"http://{self.host}/"
 
     def start(self) -> None:
-        """Starts it, at its previous address if it has one, and waits until it answers."""
+        """Starts it at the same address as before, and waits until it answers."""
         command = [HOPES_BIN, "serve", "--view", self.host, "--listen", self.unix, *self._options]
         with self._log.open("ab") as log:
             self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
@@ -90,42 +92,42 @@ class Daemon:
             return False
 
     def get(self, path: str) -> bytes:
-        with urllib.request.urlopen(self.url + path, timeout=PATIENCE) as answer:
+        with urllib.request.urlopen(self.url + path, timeout=TIMEOUT) as answer:
             return bytes(answer.read())
 
     def stream(self, name: str = "scan") -> dict[str, Any]:
-        """The daemon's data of a stream."""
+        """The status of a stream."""
         infos = [one["info"] for one in json.loads(self.get("api/streams"))["streams"]]
         return next(info for info in infos if info["name"] == name)
 
     def snapshot(self, view: str, name: str = "scan") -> dict[str, Any]:
-        """The newest frame of a stream in a view, as the daemon sends it to other consumers."""
-        told: dict[str, Any] = json.loads(self.get(f"api/streams/{name}/snapshot?format=json&{view}"))
-        return told
+        """The newest frame of a stream in a view."""
+        snapshot: dict[str, Any] = json.loads(self.get(f"api/streams/{name}/snapshot?format=json&{view}"))
+        return snapshot
 
     def counts(self, view: str) -> tuple[int, int]:
         """The numbers of edges and critical edges of a view."""
-        told = self.snapshot(view)
-        return len(told["edges"]["add"]), len(told["critical"]["set"])
+        snapshot = self.snapshot(view)
+        return len(snapshot["edges"]["add"]), len(snapshot["critical"]["set"])
 
     def most_persistent(self, name: str = "scan") -> hopes.Dot:
         """The most persistent cycle of a stream."""
-        with hopes.connect(self.unix, timeout=PATIENCE) as daemon:
-            frame = daemon.follow(name, dots=hopes.Dots.top(1), timeout=PATIENCE).next_frame()
+        with hopes.connect(self.unix, timeout=TIMEOUT) as daemon:
+            frame = daemon.follow(name, dots=hopes.Dots.top(1), timeout=TIMEOUT).next_frame()
             assert frame is not None and frame.dots is not None
             return frame.dots[0]
 
     def kill(self) -> None:
-        """Kills it."""
+        """Kills it, without a goodbye to its clients."""
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGKILL)
         self._process.wait()
 
 
 class Producer:
-    """A process that sends points to a daemon. It knows the newest committed frame."""
+    """A process that produces a stream, and the frames of it that the daemon has committed."""
 
-    def __init__(self, test: Ends, daemon: Daemon, **options: Any) -> None:
+    def __init__(self, test: HasCleanup, daemon: Daemon, **options: Any) -> None:
         command = [sys.executable, str(HERE / "producer.py"), daemon.unix]
         for name, value in options.items():
             command += [f"--{name}", str(value)]
@@ -133,7 +135,7 @@ class Producer:
         pipe = subprocess.PIPE
         env = {**os.environ, "PYTHONPATH": path}
         self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True, env=env)
-        #: When each frame was taken; frames are numbered from 1.
+        #: When each frame was committed; frames are numbered from 1.
         self.times: list[float] = []
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -150,14 +152,14 @@ class Producer:
         return len(self.times)
 
     def rate(self, since: int) -> float:
-        """Frames in a second since a given frame."""
+        """Frames per second since a frame."""
         return (self.newest - since) / (self.times[-1] - self.times[since - 1])
 
     def wait_for(self, frame: int) -> None:
-        until(lambda: self.newest >= frame, f"the producer has not come to frame {frame}")
+        until(lambda: self.newest >= frame, f"the producer has not reached frame {frame}")
 
     def make(self, frames: int) -> int:
-        """Lets a producer without a rate of its own make frames, and returns the number of the last."""
+        """Makes so many frames with a producer of rate 0. Returns the number of the last one."""
         assert self._process.stdin is not None
         self._process.stdin.write(frames * "\n")
         self._process.stdin.flush()
@@ -168,15 +170,15 @@ class Producer:
     def stop(self) -> None:
         self._process.kill()
         self._process.wait()
-        self._reader.join(PATIENCE)
+        self._reader.join(TIMEOUT)
         for pipe in (self._process.stdin, self._process.stdout):
             assert pipe is not None
             pipe.close()
 
 
-def until(holds: Callable[[], bool], what: str, patience: float = PATIENCE) -> None:
+def until(holds: Callable[[], bool], what: str, timeout: float = TIMEOUT) -> None:
     """Polls until a condition holds."""
-    deadline = time.monotonic() + patience
+    deadline = time.monotonic() + timeout
     while not holds():
         if time.monotonic() > deadline:
             raise AssertionError(what)
@@ -188,13 +190,13 @@ def launch(playwright: Playwright, *flags: str) -> Browser:
 
 
 class BrowserTest(unittest.TestCase):
-    """One browser for all tests of a class; a daemon and a page for each test."""
+    """A browser for all tests of a class; a daemon and a page for each of them."""
 
     browser: Browser
-    eyes: Eyes
-    #: What the browser is started with beside what all are.
+    pictures: PictureReader
+    #: Further flags of the browser.
     flags: tuple[str, ...] = ()
-    #: What runs in a page before its own scripts.
+    #: A script that runs in a page before its own scripts.
     prelude = ""
 
     @classmethod
@@ -203,71 +205,70 @@ class BrowserTest(unittest.TestCase):
         cls.addClassCleanup(playwright.stop)
         cls.browser = launch(playwright, *cls.flags)
         cls.addClassCleanup(cls.browser.close)
-        cls.eyes = Eyes(cls.browser.new_page())
+        cls.pictures = PictureReader(cls.browser.new_page())
 
     def setUp(self) -> None:
-        self.complaints: list[str] = []
-        #: What the console may say all the same.
+        self.violations: list[str] = []
+        #: Errors in the console that are expected.
         self.tolerated = re.compile(r"(?!)")
 
     def open(self, daemon: HasPage, fragment: str = "", **options: Any) -> Page:
-        """Opens a daemon's page, and watches it until the test's end."""
+        """Opens a daemon's page, and watches it until the end of the test."""
         options = {"viewport": WIDE, **options}
         context = self.browser.new_context(**options)
         self.addCleanup(context.close)
         context.add_init_script(self.prelude)
         page = context.new_page()
-        page.set_default_timeout(1000 * PATIENCE)
+        page.set_default_timeout(1000 * TIMEOUT)
         self.watch(page, daemon.host)
         page.goto(daemon.url + fragment)
         return page
 
     def watch(self, page: Page, host: str) -> None:
-        """Records errors of the page."""
+        """Collects violations: errors, and requests to other hosts."""
 
-        def asks(url: str) -> None:
-            place = urlsplit(url)
-            if place.scheme != "data" and place.netloc != host:
-                self.complaints.append(f"it asks another host: {url}")
+        def check_host(url: str) -> None:
+            parts = urlsplit(url)
+            if parts.scheme != "data" and parts.netloc != host:
+                self.violations.append(f"request to another host: {url}")
 
-        def says(message: ConsoleMessage) -> None:
-            # Browsers warn of many things, such as WebGL without a graphics card. Only warnings of wrong calls count.
+        def check_message(message: ConsoleMessage) -> None:
+            # Most warnings are the browser's own, such as WebGL without a card. Those of invalid calls are the page's.
             is_wrong = message.type == "error" or (message.type == "warning" and "INVALID_" in message.text)
             if is_wrong and not self.tolerated.search(message.text):
-                self.complaints.append(f"{message.type}: {message.text}")
+                self.violations.append(f"{message.type}: {message.text}")
 
-        page.on("request", lambda request: asks(request.url))
-        page.on("websocket", lambda socket: asks(socket.url))
-        page.on("console", says)
-        page.on("pageerror", lambda error: self.complaints.append(f"thrown: {error}"))
-        page.on("crash", lambda _: self.complaints.append("the page has crashed"))
+        page.on("request", lambda request: check_host(request.url))
+        page.on("websocket", lambda socket: check_host(socket.url))
+        page.on("console", check_message)
+        page.on("pageerror", lambda error: self.violations.append(f"thrown: {error}"))
+        page.on("crash", lambda _: self.violations.append("the page has crashed"))
 
     def tearDown(self) -> None:
-        self.assertEqual(self.complaints, [], "the page did what it must not do")
+        self.assertEqual(self.violations, [], "the page has errors or requests to other hosts")
 
     def see(self, page: Page, element: str = "#plane") -> Picture:
-        return self.eyes.look(page, self.eyes.glance(page, element))
+        """An element as it is now."""
+        return self.pictures.count(page, self.pictures.screenshot(page, element))
 
     def see_still(self, page: Page, element: str = "#plane") -> Picture:
-        """Takes a picture when nothing changes any more. Dots and tracks come after their frame, and small pictures
-        later.
-        """
-        deadline = time.monotonic() + PATIENCE
-        png = self.eyes.glance(page, element)
+        """An element once it no longer changes: dots and tracks come after their frame, and panels are drawn later."""
+        deadline = time.monotonic() + TIMEOUT
+        png = self.pictures.screenshot(page, element)
         while time.monotonic() < deadline:
             page.wait_for_timeout(100)
-            before, png = png, self.eyes.glance(page, element)
+            before, png = png, self.pictures.screenshot(page, element)
             if png == before:
-                return self.eyes.look(page, png)
-        raise AssertionError(f"{element} does not come to rest")
+                return self.pictures.count(page, png)
+        raise AssertionError(f"{element} keeps changing")
 
     def state(self, page: Page) -> dict[str, Any]:
-        """The state that the page reports."""
+        """The state that the page exposes for tests."""
         state: dict[str, Any] = page.evaluate("hopes.state()")
         return state
 
     def wait_for(self, page: Page, condition: str, argument: Any = None) -> dict[str, Any]:
-        """Waits until a condition on `state` (and optionally `argument`) holds. Returns that state."""
+        """Waits until a condition on `state` (and perhaps `argument`) holds. Returns that state."""
         body = f"(argument) => {{ const state = window.hopes?.state(); return state && ({condition}) ? state : null; }}"
         try:
             found: dict[str, Any] = page.wait_for_function(body, arg=argument, polling=50).json_value()

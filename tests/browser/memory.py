@@ -1,10 +1,11 @@
-"""Checks that the page's memory stays bounded on a long stream. It is started by hand; no test runs it.
+"""Measures whether the page's memory stays bounded on a long stream. It is run by hand; no test runs it.
 
-In: minutes and a scene on the command line, and the environment of `harness`. Out: a line every half minute with the
-frame, drawn frames a second, how far the picture is behind the producer, the JS heap after a garbage collection,
-buffers outside of it, nodes of the document and the memory of the browser's page processes. The exit code is 1 if any
-of them has grown by more than its limit since minute 2. Invariants: everything that is kept on purpose (the last frames
-to step back to, the lifetimes of tracks) has reached its limits before minute 2. Must not know: what uses the memory.
+In: minutes and a scene on the command line; the environment variables of `harness`.
+Out: a line every half minute: the frame, frames drawn per second, how many frames the picture is behind the producer,
+the JS heap after a garbage collection, buffers outside of it, nodes of the document, the memory of the browser's page
+processes. The exit code is 1 if any of them has grown by more than its bound since minute 2.
+Invariants: what is held on purpose (the history of frames, the lifetimes of tracks) is at its limits before minute 2.
+Must not know: what takes the memory.
 
     tests/browser/run --memory [--minutes 10] [--scene sweep|rings]
 """
@@ -28,8 +29,8 @@ SETTLED = 120.0
 MIB = 1 << 20
 
 
-class Ending(contextlib.ExitStack):
-    """Cleans up."""
+class CleanupStack(contextlib.ExitStack):
+    """Runs cleanups at its end, as a test does."""
 
     def addCleanup(self, end: Any, *arguments: Any) -> None:  # noqa: N802, as tests have it
         self.callback(end, *arguments)
@@ -41,7 +42,7 @@ class Sample:
 
     minutes: float
     frame: int
-    #: Frames drawn a second, and how many the picture is behind the producer.
+    #: Frames drawn per second, and how many the picture is behind the producer.
     drawn: float
     behind: int
     heap: float
@@ -49,7 +50,7 @@ class Sample:
     nodes: float
     resident: float
 
-    #: How much each may grow, in MiB or nodes, from the first settled sample to the last.
+    #: The bound of each one's growth, in MiB or nodes, from the first settled sample to the last.
     BOUNDS = {"heap": 8.0, "buffers": 16.0, "nodes": 100.0, "resident": 64.0}
 
     def __str__(self) -> str:
@@ -63,7 +64,7 @@ HEAD = "minutes   frame drawn/s behind  heap MiB  buffers MiB  nodes  RSS MiB"
 
 
 def take(browser: Browser, page: Page, session: CDPSession, producer: Producer, since: float) -> Sample:
-    # Read before the garbage collection, which stops the page.
+    # This comes before the garbage collection, which stops the page.
     newest, state = producer.newest, page.evaluate("hopes.state()")
     drawn, behind = state["drawn"], max(0, newest - (state["seen"] or 0))
     session.send("HeapProfiler.collectGarbage")
@@ -80,15 +81,15 @@ def resident(browser: Browser) -> float:
     infos = session.send("SystemInfo.getProcessInfo")["processInfo"]
     session.detach()
     ids = ",".join(str(info["id"]) for info in infos if info["type"] == "renderer")
-    told = subprocess.run(["ps", "-o", "rss=", "-p", ids], capture_output=True, text=True, check=True).stdout
-    return sum(int(line) for line in told.split()) / 1024
+    listed = subprocess.run(["ps", "-o", "rss=", "-p", ids], capture_output=True, text=True, check=True).stdout
+    return sum(int(line) for line in listed.split()) / 1024
 
 
 def follow(minutes: float, scene: str, points: int) -> list[Sample]:
     """Follows a stream for some minutes."""
-    with Ending() as ending, sync_playwright() as playwright:
-        daemon = Daemon(ending, "--track", "top:20")
-        producer = Producer(ending, daemon, scene=scene, points=points, changed=points // 100, rings=10)
+    with CleanupStack() as cleanups, sync_playwright() as playwright:
+        daemon = Daemon(cleanups, "--track", "top:20")
+        producer = Producer(cleanups, daemon, scene=scene, points=points, changed=points // 100, rings=10)
         producer.wait_for(1)
         with launch(playwright) as browser:
             page = browser.new_page(viewport=WIDE)
@@ -106,10 +107,10 @@ def follow(minutes: float, scene: str, points: int) -> list[Sample]:
 
 
 def judge(samples: list[Sample]) -> int:
-    """Prints what has grown, and returns the exit code."""
+    """Prints what has grown. Returns the exit code."""
     settled = [sample for sample in samples if 60 * sample.minutes >= SETTLED - 1]
     if len(settled) < 2:
-        print("too short to say anything: nothing is settled before minute 2")
+        print("too short to judge: memory is settled from minute 2 on")
         return 1
     code = 0
     for name, bound in Sample.BOUNDS.items():
@@ -121,12 +122,12 @@ def judge(samples: list[Sample]) -> int:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Watches the page's memory on a stream that runs.")
+    parser = argparse.ArgumentParser(description="Measures the page's memory on a running stream.")
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--scene", choices=["sweep", "rings"], default="sweep")
     parser.add_argument("--points", type=int, default=100_000)
-    asked = parser.parse_args()
-    return judge(follow(asked.minutes, asked.scene, asked.points))
+    arguments = parser.parse_args()
+    return judge(follow(arguments.minutes, arguments.scene, arguments.points))
 
 
 if __name__ == "__main__":

@@ -1,9 +1,10 @@
-"""Sends points at a steady rate from a process of its own, as a sensor would.
+"""Produces a stream at a steady rate, as a sensor would, in a process of its own.
 
-In: an address, a stream, a scene and a rate on the command line. With `--rate 0`, a line on stdin for each frame. Out:
-points to the daemon; on stdout the number of each frame on a line of its own, as soon as the daemon has confirmed it.
-Invariants: the same seed gives the same points. Frames are sent at their times, and a late one is not followed by a
-burst. The process ends with the daemon, or at the end of stdin. Must not know: browsers, tests.
+In: an address, a stream, a scene and a rate on the command line; with `--rate 0`, a line on stdin for each frame.
+Out: points to the daemon; the number of each frame in a line on stdout, as soon as the daemon has committed it.
+Invariants: the same seed gives the same points. Frames are due at fixed times, and a late frame delays the later ones
+instead of hurrying them. The process ends with the daemon, or with stdin at a rate of 0.
+Must not know: browsers, tests.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from collections.abc import Iterator
 import hopes_client as hopes
 
 Point = tuple[float, float]
-# The space of a ring on each side. Its radius is 30.
+# The distance between the centres of neighbouring rings, and their radius.
 PITCH = 100.0
 RADIUS = 30.0
 
 
 def near_ring(source: random.Random, ring: int, turn: float, columns: int, noise: float, size: float = 1.0) -> Point:
-    """A point of a noisy ring at a share of its turn."""
+    """A point of a noisy ring, at a fraction of its turn."""
     radius = size * RADIUS * (1.0 + source.uniform(-noise, noise))
     angle = 2.0 * math.pi * turn
     x = PITCH * (ring % columns) + radius * math.cos(angle)
@@ -33,8 +34,10 @@ def near_ring(source: random.Random, ring: int, turn: float, columns: int, noise
 
 
 def sweep(seed: int, points: int, changed: int, rings: int, _: float) -> Iterator[list[Point]]:
-    """A scanner that goes round noisy rings, one after the other: first all of them at once, then some points a frame,
-    all in one place. If the window has as many points as the rings, the removed points are just before the scanner.
+    """A scanner that goes round noisy rings, one after the other.
+
+    The first frame has all points; each later one has `changed` points, all in one region. In a window of `points`
+    points they replace the oldest ones, which are just ahead of the scanner.
     """
     source = random.Random(seed)
     columns = math.ceil(math.sqrt(rings))
@@ -51,12 +54,15 @@ def sweep(seed: int, points: int, changed: int, rings: int, _: float) -> Iterato
 
 
 def rings(seed: int, points: int, changed: int, rings: int, shrink: float) -> Iterator[list[Point]]:
-    """Points anywhere on rings that stay. Each ring is smaller than the previous one."""
+    """Random points on fixed rings, each of them `shrink` times as large as the one before."""
     source = random.Random(seed)
     columns = math.ceil(math.sqrt(rings))
 
+    def point(ring: int) -> Point:
+        return near_ring(source, ring, source.random(), columns, 0.08, shrink**ring)
+
     def some(count: int) -> list[Point]:
-        return [near_ring(source, i % rings, source.random(), columns, 0.08, shrink ** (i % rings)) for i in range(count)]
+        return [point(i % rings) for i in range(count)]
 
     yield some(points)
     while True:
@@ -67,21 +73,21 @@ SCENES = {"sweep": sweep, "rings": rings}
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description="Feeds a stream at a steady pace.")
+    parser = argparse.ArgumentParser(description="Produces a stream at a steady rate.")
     parser.add_argument("address")
     parser.add_argument("--stream", default="scan")
     parser.add_argument("--scene", choices=SCENES, default="rings")
     parser.add_argument("--points", type=int, default=400, help="in the cloud")
     parser.add_argument("--changed", type=int, default=20, help="points replaced in a frame")
     parser.add_argument("--rings", type=int, default=4)
-    parser.add_argument("--shrink", type=float, default=1.0, help="how large each ring is beside the one before")
-    parser.add_argument("--rate", type=float, default=30.0, help="frames a second; 0: one for each line on stdin")
+    parser.add_argument("--shrink", type=float, default=1.0, help="the size of each ring relative to the one before")
+    parser.add_argument("--rate", type=float, default=30.0, help="frames per second; 0: one for each line on stdin")
     parser.add_argument("--seed", type=int, default=1)
     return parser.parse_args()
 
 
 def times(rate: float) -> Iterator[float]:
-    """Waits until the next frame is due, repeatedly. Yields the times since the first."""
+    """Waits until each frame is due. Yields the times since the first one."""
     if rate == 0.0:
         yield from (float(count) for count, _ in enumerate(sys.stdin))
         return
@@ -92,20 +98,20 @@ def times(rate: float) -> Iterator[float]:
         due = max(due + 1.0 / rate, time.monotonic() - 1.0 / rate)
 
 
-def feed(asked: argparse.Namespace, daemon: hopes.Daemon) -> None:
-    """Sends frames as long as they are due."""
-    stream = daemon.producer(asked.stream, window=hopes.Window.points(asked.points))
-    scene = SCENES[asked.scene](asked.seed, asked.points, asked.changed, asked.rings, asked.shrink)
-    for now, points in zip(times(asked.rate), scene):
+def produce(options: argparse.Namespace, daemon: hopes.Daemon) -> None:
+    """Produces as long as frames are due."""
+    stream = daemon.producer(options.stream, window=hopes.Window.points(options.points))
+    scene = SCENES[options.scene](options.seed, options.points, options.changed, options.rings, options.shrink)
+    for now, points in zip(times(options.rate), scene):
         stream.send(points)
         print(stream.commit(time=now), flush=True)
 
 
 def main() -> None:
-    asked = arguments()
-    # A lost daemon is not an error here. The test notices it.
-    with contextlib.suppress(hopes.ConnectionLost), hopes.connect(asked.address) as daemon:
-        feed(asked, daemon)
+    options = arguments()
+    # The tests notice by themselves that the daemon is gone.
+    with contextlib.suppress(hopes.ConnectionLost), hopes.connect(options.address) as daemon:
+        produce(options, daemon)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The controls of the page: the view, and time, by mouse and keys."""
+"""The controls by mouse and keys: the view, and the history."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from playwright.sync_api import Page
 
 from harness import BrowserTest, Daemon, Producer
 
-# The state shows the view of the received frames.
+# The view in the state is the one that the daemon's frames have.
 VIEW_IS = "JSON.stringify(state.view) === JSON.stringify(argument) && state.seen === state.frame"
 
 
@@ -18,7 +18,7 @@ def derived(k: int, l: int, simplify: str = "No") -> dict[str, Any]:  # noqa: E7
 
 
 class Views(BrowserTest):
-    """A cloud that does not change, so that only the user changes the picture."""
+    """A cloud that does not change, so that only the user's actions change the page."""
 
     def setUp(self) -> None:
         super().setUp()
@@ -31,7 +31,7 @@ class Views(BrowserTest):
         self.wait_for(self.page, "state.frame === 6 && state.seen === 6 && state.tracks > 0")
 
     def wait_for_scale(self, above: float) -> dict[str, Any]:
-        """Waits for a reduced view with the scale in the address."""
+        """Waits for a reduced view of the scale in the address."""
         chosen = "Number(new URLSearchParams(location.hash.slice(1)).get('alpha'))"
         condition = f"state.view.cut.Reduced > argument && state.view.cut.Reduced === {chosen}"
         return self.wait_for(self.page, f"{condition} && state.seen === state.frame", above)
@@ -47,7 +47,8 @@ class Views(BrowserTest):
             self.wait_for_view(derived(times, 1))
         wide = self.state(self.page)
         self.assertGreater(wide["critical"], first["critical"])
-        self.assertGreater(self.eyes.difference(narrow, self.see_still(self.page)), 20, "more cycles, and the same picture")
+        difference = self.pictures.difference(narrow, self.see_still(self.page))
+        self.assertGreater(difference, 20, "more cycles, and the same picture")
         self.page.click("#k-less")
         self.wait_for_view(derived(3, 1))
         self.page.click("#l-more")
@@ -62,7 +63,7 @@ class Views(BrowserTest):
         self.assertEqual((self.page.inner_text("#k"), self.page.inner_text("#l")), ("3", "2"))
         self.assertEqual(self.daemon.counts("k=3&l=2"), counts(self.state(self.page)))
 
-    def test_everything_and_scales(self) -> None:
+    def test_full_and_reduced_views(self) -> None:
         narrow = self.see_still(self.page)
         self.page.get_by_text("Full", exact=True).click()
         everything = self.wait_for_view({"cut": "Full", "simplify": "No"})
@@ -98,7 +99,7 @@ class Views(BrowserTest):
         again = self.wait_for_view(derived(1, 1))
         self.assertEqual(again["vertices"], before["vertices"])
 
-    def test_the_address_keeps_what_was_chosen(self) -> None:
+    def test_the_address_keeps_the_choice(self) -> None:
         self.page.click("#k-more")
         self.page.keyboard.press("s")
         self.wait_for_view(derived(2, 1, "AtScale"))
@@ -123,19 +124,20 @@ class Time(BrowserTest):
         still, picture = self.state(page), self.see_still(page)
         producer.wait_for(producer.newest + 30)
         self.assertEqual(self.state(page)["frame"], still["frame"])
-        self.assertEqual(self.eyes.difference(picture, self.see_still(page)), 0, "a paused plane moves")
+        self.assertEqual(self.pictures.difference(picture, self.see_still(page)), 0, "a paused plane moves")
 
         for _ in range(4):
             page.click("#back")
         page.keyboard.press(",")
         back = self.wait_for(page, "state.seen === argument", still["frame"] - 5)
         self.assertEqual(back["vertices"], 400)
-        self.assertGreater(self.eyes.difference(picture, self.see_still(page)), 100, "an older frame looks the same")
+        older = self.see_still(page)
+        self.assertGreater(self.pictures.difference(picture, older), 100, "an older frame looks the same")
         for _ in range(4):
-            page.click("#forth")
+            page.click("#forward")
         page.keyboard.press(".")
         self.wait_for(page, "state.seen === argument", still["frame"])
-        self.assertEqual(self.eyes.difference(picture, self.see_still(page)), 0, "back again, it looks different")
+        self.assertEqual(self.pictures.difference(picture, self.see_still(page)), 0, "back again, it looks different")
 
         self.click_away(page)
         page.keyboard.press(" ")
@@ -143,7 +145,7 @@ class Time(BrowserTest):
         self.assertEqual(page.inner_text("#state"), "live")
 
     def click_away(self, page: Page) -> None:
-        """Takes the focus off buttons, which use the space key themselves."""
+        """Takes the focus off buttons, which handle the space key themselves."""
         page.click("h1")
 
 

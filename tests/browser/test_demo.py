@@ -1,4 +1,4 @@
-"""The address that the demo logs shows the demo, from its first frames to its end."""
+"""The page of `hopes demo`, from its first frames to its end."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import subprocess
 import unittest
 from urllib.parse import urlsplit
 
-from harness import HOPES_BIN, PATIENCE, BrowserTest, Ends
+from harness import HOPES_BIN, TIMEOUT, BrowserTest, HasCleanup
 
 
 class Demo:
-    """A demo that has logged its address. It is stopped at the end of the test."""
+    """A demo that has printed its address, stopped with the test."""
 
-    def __init__(self, test: Ends, *options: str) -> None:
+    def __init__(self, test: HasCleanup, *options: str) -> None:
         command = [HOPES_BIN, "demo", "--view", "127.0.0.1:0", *options]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         test.addCleanup(self.process.communicate)
@@ -22,14 +22,14 @@ class Demo:
         assert self.process.stdout is not None
         first = self.process.stdout.readline()
         found = re.search(r"^open (http://\S+) in a browser", first)
-        assert found, f"{first!r} does not say what to open"
+        assert found, f"{first!r} has no address to open"
         self.url = found[1]
         self.host = urlsplit(self.url).netloc
 
 
 class DemoTest(BrowserTest):
     def shown(self, *options: str) -> None:
-        # The browser itself logs that it cannot connect, and a page cannot prevent it.
+        # The browser itself logs that it cannot connect; a page cannot prevent that.
         self.tolerated = re.compile(r"WebSocket connection to '\S+' failed")
         demo = Demo(self, *options)
         page = self.open(demo)
@@ -38,7 +38,7 @@ class DemoTest(BrowserTest):
         self.assertGreater(picture.point, 300)
         self.assertGreater(picture.tinted, 300)
         demo.process.send_signal(signal.SIGINT)
-        out, log = demo.process.communicate(timeout=PATIENCE)
+        out, log = demo.process.communicate(timeout=TIMEOUT)
         self.assertEqual((demo.process.returncode, log), (0, ""))
         self.assertRegex(out, r"track 1 is born: at \(")
         self.assertTrue(out.endswith("\nSIGINT\n"), out)

@@ -1,4 +1,4 @@
-"""The drawing of a stream, with and without a graphics card, and the description of the cycle under the pointer."""
+"""The drawing of a stream, with and without a graphics card, and the data of the cycle under the pointer."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from harness import BrowserTest, Daemon, Producer, until
 
 
 class WithoutGraphicsCard(BrowserTest):
-    """The plane is drawn by the processor."""
+    """The software renderer draws the plane."""
 
-    #: Whether it is drawn by WebGL.
+    #: Whether WebGL draws the plane.
     has_card = False
-    #: Pixels that have the colour of edges; the rims of points have it too where a card draws them smooth.
+    #: Pixels of the colour of edges at the least. With antialiasing the rims of points have it too.
     least_edges = 800
 
     def open_page(self, rate: int, *options: str) -> tuple[Daemon, Producer, Page]:
-        """Opens a page when a stream is running already, or makes frames on request."""
+        """A page that is opened after ten frames of a stream. At a rate of 0 the test makes the further frames."""
         daemon = Daemon(self, *options)
         producer = Producer(self, daemon, points=400, changed=20, rings=4, rate=rate)
         if rate == 0:
@@ -39,34 +39,34 @@ class WithoutGraphicsCard(BrowserTest):
         self.assertGreater(plane.tinted, 20_000, "there are too few pixels of holes")
         self.assertGreater(plane.panel, 100_000, "everything is covered")
 
-    def test_a_stream_that_runs_is_drawn_and_followed(self) -> None:
+    def test_a_running_stream_is_drawn_and_followed(self) -> None:
         daemon, producer, page = self.open_page(30, "--track", "view")
         self.wait_for(page, "state.tracks >= 4")
         self.assert_drawn(page)
         before = self.see(page)
         self.wait_for(page, "state.seen >= argument", producer.newest + 20)
-        self.assertGreater(self.eyes.difference(before, self.see(page)), 200, "the plane stands still")
+        self.assertGreater(self.pictures.difference(before, self.see(page)), 200, "the plane does not change")
         self.assertGreater(self.see(page, "#diagram").vivid, 60, "there are no dots of tracks in the diagram")
         self.assertGreater(self.see(page, "#lives").vivid, 60, "there are no lives")
 
         producer.stop()
-        until(lambda: daemon.stream()["producers"] == 0, "the daemon does not miss its producer")
-        told = daemon.stream()
-        state = self.wait_for(page, "state.seen === argument", told["frame"])
-        self.assertEqual(told["points"], 400)
-        self.assertEqual((state["points"], state["vertices"]), (told["points"], told["vertices"]))
+        until(lambda: daemon.stream()["producers"] == 0, "the daemon still counts the producer")
+        info = daemon.stream()
+        state = self.wait_for(page, "state.seen === argument", info["frame"])
+        self.assertEqual(info["points"], 400)
+        self.assertEqual((state["points"], state["vertices"]), (info["points"], info["vertices"]))
         self.assertEqual((state["edges"], state["critical"]), daemon.counts("k=1&l=1"))
         self.assertEqual(state["resyncs"], 0)
 
     def test_a_tree_is_drawn_without_tracks(self) -> None:
         _, _, page = self.open_page(0)
-        # The rims of holes and of thick lines would have the colour of edges too.
+        # There are no holes and few thick lines, whose rims would have the colour of edges too.
         plane = self.see_still(page)
         self.assertGreater(plane.point, 400, "there are too few pixels of points")
         self.assertGreater(plane.edge, self.least_edges, "there are too few pixels of edges")
         self.assertGreater(plane.vivid, 20, "there are too few pixels of critical edges")
 
-    def test_the_cycle_under_the_pointer_is_told_of_and_marked(self) -> None:
+    def test_the_cycle_under_the_pointer_is_described_and_highlighted(self) -> None:
         daemon, producer, page = self.open_page(0, "--track", "view")
         last = producer.make(10)
         self.wait_for(page, "state.seen === argument && state.tracks >= 4", last)
@@ -75,29 +75,31 @@ class WithoutGraphicsCard(BrowserTest):
         diagram, plane = self.see_still(page, "#diagram"), self.see_still(page)
         self.assertFalse(page.locator("#cycle").is_visible())
 
-        page.locator("#plane").hover(position=place_of(page, vertices, dot.center))
+        page.locator("#plane").hover(position=position_of(page, vertices, dot.center))
         page.locator("#cycle").wait_for(state="visible")
-        self.assertEqual(told(page, "birth"), rounded(dot.birth))
-        self.assertEqual(told(page, "death"), rounded(dot.death))
-        self.assertEqual(told(page, "persistence"), rounded(dot.death - dot.birth))
+        self.assertEqual(shown(page, "birth"), rounded(dot.birth))
+        self.assertEqual(shown(page, "death"), rounded(dot.death))
+        self.assertEqual(shown(page, "persistence"), rounded(dot.death - dot.birth))
         self.assertRegex(page.inner_text("#cycle-id"), r"^track [1-9]\d*$")
         age = int(re.fullmatch(r"(\d+) frames", page.inner_text("#cycle-age")).group(1))  # type: ignore[union-attr]
         self.assertTrue(1 < age <= last, f"an age of {age} frames")
-        self.assertGreater(self.eyes.difference(diagram, self.see_still(page, "#diagram")), 40, "no dot is marked")
-        self.assertGreater(self.eyes.difference(plane, self.see_still(page)), 1000, "no hole is marked")
+        highlighted = self.see_still(page, "#diagram")
+        self.assertGreater(self.pictures.difference(diagram, highlighted), 40, "no dot is highlighted")
+        self.assertGreater(self.pictures.difference(plane, self.see_still(page)), 1000, "no hole is highlighted")
 
         page.mouse.move(1, 1)
         page.locator("#cycle").wait_for(state="hidden")
-        self.assertLess(self.eyes.difference(diagram, self.see_still(page, "#diagram")), 10, "a dot is still marked")
+        after = self.see_still(page, "#diagram")
+        self.assertLess(self.pictures.difference(diagram, after), 10, "a dot is still highlighted")
 
 
 class WithGraphicsCard(WithoutGraphicsCard):
-    """The same, drawn by WebGL on a simulated graphics card."""
+    """The same, drawn by WebGL, on an emulated card."""
 
     has_card = True
     least_edges = 1500
     flags = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-    # The name of the card, so that the page does not recognise the software renderer.
+    # The card gets another name, so that the page does not recognize the emulation.
     prelude = """
         const ask = WebGL2RenderingContext.prototype.getParameter;
         WebGL2RenderingContext.prototype.getParameter = function (name) {
@@ -105,7 +107,7 @@ class WithGraphicsCard(WithoutGraphicsCard):
         };
     """
 
-    def test_a_card_that_is_lost_is_drawn_with_again_when_it_is_back(self) -> None:
+    def test_drawing_continues_after_the_card_was_lost_and_restored(self) -> None:
         _, producer, page = self.open_page(30, "--track", "view")
         page.evaluate(
             """() => {
@@ -120,8 +122,8 @@ class WithGraphicsCard(WithoutGraphicsCard):
         self.assert_drawn(page)
 
 
-def place_of(page: Page, vertices: list[tuple[float, float]], point: tuple[float, float]) -> dict[str, float]:
-    """The position of a point in the picture, before the view was moved: all points fit into it."""
+def position_of(page: Page, vertices: list[tuple[float, float]], point: tuple[float, float]) -> dict[str, float]:
+    """The position in the canvas of a point of the plane, as long as the camera fits all points."""
     box = page.locator("#plane").bounding_box()
     assert box is not None
     low = [min(vertex[axis] for vertex in vertices) for axis in (0, 1)]
@@ -131,12 +133,13 @@ def place_of(page: Page, vertices: list[tuple[float, float]], point: tuple[float
     return {"x": box["width"] / 2 + x * scale, "y": box["height"] / 2 - y * scale}
 
 
-def told(page: Page, what: str) -> float:
+def shown(page: Page, what: str) -> float:
+    """A number of the picked cycle."""
     return float(page.inner_text(f"#cycle-{what}"))
 
 
 def rounded(value: float) -> float:
-    """Rounded to the four digits that the page shows."""
+    """A number with the four digits that the page shows."""
     return float(f"{value:.4g}") if math.isfinite(value) else value
 
 

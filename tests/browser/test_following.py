@@ -1,4 +1,4 @@
-"""Whether the page keeps up with a stream of many points, and whether the daemon never waits for a page."""
+"""The page keeps up with a stream of many points, and no page slows the daemon down."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from playwright.sync_api import Page
 from harness import BrowserTest, Daemon, Producer
 
 RATE = 30
-# A machine with fewer frames a second is too slow for this test.
+# Below this rate of the producer the machine is too slow to judge the page.
 LEAST_RATE = 15
 SECONDS = 15.0
 
 
 class Following(BrowserTest):
-    def assert_paced(self, producer: Producer, since: int) -> None:
+    def assert_rate(self, producer: Producer, since: int) -> None:
         """The daemon has committed frames at the producer's rate."""
         rate = producer.rate(since)
         self.assertGreaterEqual(
@@ -26,7 +26,7 @@ class Following(BrowserTest):
         )
 
     def assert_never_behind(self, page: Page, producer: Producer, seconds: float) -> None:
-        """The received frame and the drawn frame are never more than a second old."""
+        """The held frame and the drawn frame are at no time more than a second old."""
         since = producer.newest
         held = drawn = 0
         while producer.times[-1] - producer.times[since - 1] < seconds:
@@ -35,9 +35,9 @@ class Following(BrowserTest):
             held = max(held, newest - state["frame"])
             drawn = max(drawn, newest - state["seen"])
             time.sleep(0.1)
-        self.assert_paced(producer, since)
-        self.assertLessEqual(held, RATE, "the page is so many frames behind")
-        self.assertLessEqual(drawn, RATE, "what is drawn is so many frames behind")
+        self.assert_rate(producer, since)
+        self.assertLessEqual(held, RATE, "frames that the mirror is behind")
+        self.assertLessEqual(drawn, RATE, "frames that the drawing is behind")
 
     def test_a_hundred_thousand_points_at_thirty_frames_a_second(self) -> None:
         daemon = Daemon(self, "--track", "top:20")
@@ -48,23 +48,23 @@ class Following(BrowserTest):
         self.assert_never_behind(page, producer, SECONDS)
         state = self.state(page)
         self.assertEqual((state["points"], state["vertices"]), (100_000, 100_000))
-        # Frames were followed one by one, each verified, without a new snapshot.
+        # Every frame was applied by its diff and verified, without a resync.
         self.assertEqual(state["resyncs"], 0)
         self.assertGreaterEqual(state["frames"], state["frame"] - first["frame"] - RATE)
         self.assertGreater(self.see(page).point, 10_000)
 
-    def test_nobody_waits_for_a_page_that_is_stuck(self) -> None:
+    def test_a_page_that_is_stuck_delays_nothing(self) -> None:
         daemon = Daemon(self)
         producer = Producer(self, daemon, points=20_000, changed=200, scene="sweep", rate=RATE)
         page = self.open(daemon)
         self.wait_for(page, "state.seen > 0")
         since = producer.newest
         page.evaluate("{ const end = performance.now() + 3000; while (performance.now() < end); }")
-        self.assert_paced(producer, since)
+        self.assert_rate(producer, since)
         self.assertGreater(producer.newest, since + 2 * LEAST_RATE)
         self.wait_for(page, "state.seen >= argument", producer.newest)
 
-    def test_nobody_waits_for_a_hidden_page(self) -> None:
+    def test_a_hidden_page_delays_nothing(self) -> None:
         daemon = Daemon(self)
         producer = Producer(self, daemon, points=2000, changed=20, rate=RATE)
         page = self.open(daemon)
@@ -73,15 +73,15 @@ class Following(BrowserTest):
         hidden = self.wait_for(page, "document.hidden")
         since = producer.newest
         producer.wait_for(since + 3 * RATE)
-        self.assert_paced(producer, since)
-        # It follows only what was in flight.
+        self.assert_rate(producer, since)
+        # It receives only frames that were already on their way.
         self.assertLess(self.state(page)["frames"], hidden["frames"] + RATE)
         self.assertEqual(daemon.stream()["consumers"], 0)
         self.hide(page, False)
         self.wait_for(page, "!document.hidden && state.seen >= argument", producer.newest)
 
     def hide(self, page: Page, hidden: bool) -> None:
-        """Hides the page, or shows it again. Without a screen the browser itself never hides a tab."""
+        """Makes the page believe that it is hidden or visible. A headless browser never hides a tab itself."""
         page.evaluate(
             """(hidden) => {
                 Object.defineProperty(document, "hidden", { value: hidden, configurable: true });

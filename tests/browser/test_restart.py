@@ -1,4 +1,4 @@
-"""The daemon is killed and restarted. The page shows that, and follows the new one."""
+"""The daemon is killed and restarted: the page says so, and follows the new one."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from harness import BrowserTest, Daemon, Producer
 
 
 class Restart(BrowserTest):
-    def test_a_daemon_that_is_killed_is_missed_and_its_successor_followed(self) -> None:
-        # The browser itself logs that it cannot connect, and a page cannot prevent it.
+    def test_the_page_reconnects_to_a_restarted_daemon(self) -> None:
+        # The browser itself logs that it cannot connect; a page cannot prevent that.
         self.tolerated = re.compile(r"WebSocket connection to '\S+' failed")
         daemon = Daemon(self, "--track", "view")
         producer = Producer(self, daemon, points=400)

@@ -1,12 +1,12 @@
-//! The page's mirror: checksums of the golden vectors, random changes compared with a plain model, steps back.
+//! Mirror and history of the page: checksums of the golden vectors, random changes against a plain model, steps back.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { readFrame } from "../../src/view/page/frames.js";
-import { History } from "../../src/view/page/history.js";
-import { Contradiction, Mirror } from "../../src/view/page/mirror.js";
-import { readMessage } from "../../src/view/page/protocol.js";
+import { readFrame } from "../../src/view/page/session/frames.js";
+import { History } from "../../src/view/page/session/history.js";
+import { Contradiction, Mirror } from "../../src/view/page/session/mirror.js";
+import { readMessage } from "../../src/view/page/session/protocol.js";
 import { bytesOf } from "./vectors.js";
 
 const message = (name) => {
@@ -14,7 +14,7 @@ const message = (name) => {
   return readMessage(1, type, body).body;
 };
 
-/** The checksum as the SPEC has it, in whole numbers of 64 bits. */
+/** The checksum as the SPEC defines it, in integers of 64 bits. */
 function checksumOf({ vertices, edges, critical }) {
   const mask = 2n ** 64n - 1n;
   const bits = (v) => new BigUint64Array(Float64Array.of(v).buffer)[0];
@@ -32,7 +32,7 @@ function checksumOf({ vertices, edges, critical }) {
   return sum & mask;
 }
 
-/** What a mirror holds, sorted. */
+/** The rows of a mirror, sorted. */
 function held(mirror) {
   const rowsOf = ({ rows, width, end }) => {
     const all = [];
@@ -44,11 +44,11 @@ function held(mirror) {
   return { vertices: rowsOf(mirror.vertices), edges: rowsOf(mirror.edges), critical: rowsOf(mirror.critical) };
 }
 
-test("the story of the vectors is followed, each step proved", () => {
+test("the snapshot and the diffs of the vectors are applied and verified", () => {
   const mirror = new Mirror();
-  mirror.takeSnapshot(message("snapshot"));
+  mirror.applySnapshot(message("snapshot"));
   for (const name of ["diff", "diff_onwards"]) {
-    mirror.takeDiff(message(name));
+    mirror.applyDiff(message(name));
     assert.equal(mirror.frame.number, message(name).frame.number);
   }
 });
@@ -56,17 +56,17 @@ test("the story of the vectors is followed, each step proved", () => {
 test("a wrong checksum, a gap and an unknown vertex are contradictions", () => {
   const start = () => {
     const mirror = new Mirror();
-    mirror.takeSnapshot(message("snapshot"));
+    mirror.applySnapshot(message("snapshot"));
     return mirror;
   };
   const diff = message("diff");
-  assert.throws(() => start().takeDiff({ ...diff, checksum: BigInt(diff.checksum) ^ 1n }), Contradiction);
-  assert.throws(() => start().takeDiff({ ...diff, from: diff.from - 1 }), Contradiction);
-  assert.throws(() => start().takeDiff({ ...diff, vertices_removed: Float64Array.of(1e6) }), Contradiction);
-  assert.throws(() => start().takeDiff({ ...diff, edges_added: message("snapshot").edges }), Contradiction);
+  assert.throws(() => start().applyDiff({ ...diff, checksum: BigInt(diff.checksum) ^ 1n }), Contradiction);
+  assert.throws(() => start().applyDiff({ ...diff, from: diff.from - 1 }), Contradiction);
+  assert.throws(() => start().applyDiff({ ...diff, vertices_removed: Float64Array.of(1e6) }), Contradiction);
+  assert.throws(() => start().applyDiff({ ...diff, edges_added: message("snapshot").edges }), Contradiction);
 });
 
-/** Numbers from 0 to 1 that are the same in every run. */
+/** Pseudorandom numbers from 0 to 1. */
 function randomFrom(seed) {
   let state = seed;
   return () => {
@@ -75,7 +75,7 @@ function randomFrom(seed) {
   };
 }
 
-/** A skeleton that changes at random, as maps, and the diffs between its frames. */
+/** A skeleton that changes at random, as maps. */
 class Model {
   constructor(seed) {
     this.random = randomFrom(seed);
@@ -135,11 +135,11 @@ function diffOf(before, after, number) {
   };
 }
 
-test("random changes lead where a plain model leads, and back, and forth again", () => {
+test("random changes give the rows of a plain model, and steps backward and forward restore them", () => {
   for (const seed of [1, 2, 3]) {
     const [model, mirror, history] = [new Model(seed), new Mirror(), new History()];
     const frames = [model.lists()];
-    mirror.takeSnapshot({
+    mirror.applySnapshot({
       frame: { number: 0 },
       vertices: new Float64Array(0),
       edges: new Float64Array(0),
@@ -151,11 +151,11 @@ test("random changes lead where a plain model leads, and back, and forth again",
       model.change();
       frames.push(model.lists());
       const diff = diffOf(frames[number - 1], frames[number], number);
-      history.push(diff.frame, diff, mirror.takeDiff(diff));
+      history.push(diff.frame, diff, mirror.applyDiff(diff));
       assert.deepEqual(held(mirror), frames[number], `frame ${number}`);
     }
     for (const by of [-1, -7, 3, -60, 25, -4, 60]) {
-      history.go(mirror, by);
+      history.moveBy(mirror, by);
       assert.deepEqual(held(mirror), frames[mirror.frame.number], `frame ${mirror.frame.number}`);
     }
     assert.equal(mirror.frame.number, 60);
@@ -169,7 +169,7 @@ test("a vertex that moves keeps its slot", () => {
   const vertices = Float64Array.of(1, 0, 0, 2, 1, 0, 3, 0, 1);
   const snapshot = { frame: { number: 1 }, vertices, edges: none, critical: none };
   const lists = (rows) => ({ vertices: rows, edges: [], critical: [] });
-  mirror.takeSnapshot({
+  mirror.applySnapshot({
     ...snapshot,
     checksum: checksumOf(
       lists([
@@ -180,7 +180,7 @@ test("a vertex that moves keeps its slot", () => {
     ),
   });
   const slot = mirror.vertices.find(2);
-  mirror.takeDiff({
+  mirror.applyDiff({
     from: 1,
     frame: { number: 2 },
     vertices_removed: Float64Array.of(1, 2),
@@ -201,7 +201,7 @@ test("a vertex that moves keeps its slot", () => {
   assert.equal(mirror.vertices.find(1), -1);
 });
 
-test("history holds no more than its bytes, and begins anew with a snapshot", () => {
+test("history is bounded in bytes, and a snapshot empties it", () => {
   const [history, list] = [new History(), (bytes) => new Float64Array(bytes / 8)];
   history.restart({ number: 0 });
   for (let number = 1; number <= 100; number++) {
@@ -213,7 +213,7 @@ test("history holds no more than its bytes, and begins anew with a snapshot", ()
   assert.deepEqual([history.before, history.after, history.bytes], [0, 0, 0]);
 });
 
-test("history counts what stands beside frames, but not what frames share", () => {
+test("history counts annotations, but not those that frames share", () => {
   const [history, list] = [new History(), (bytes) => new Float64Array(bytes / 8)];
   const nothing = { edges_added: list(0) };
   const shared = [list(1 << 20)];
@@ -225,7 +225,7 @@ test("history counts what stands beside frames, but not what frames share", () =
       [1, shared],
       [2, [list(1 << 19)]],
     ]);
-    // Dots and tracks come one after the other.
+    // Dots and tracks come in separate messages.
     history.annotate({ alive: [], cycles, dots: history.steps[history.steps.length - 2].beside?.dots ?? dots });
     history.annotate({ alive: [], cycles, dots: number % 2 ? dots : { ...dots } });
     assert.ok(history.bytes <= 50 << 20, `${history.bytes} bytes`);
@@ -235,8 +235,8 @@ test("history counts what stands beside frames, but not what frames share", () =
   assert.ok(history.steps.length > 25 && history.steps.length < 40, `${history.steps.length} frames`);
 });
 
-test("where nothing is held, a step leads nowhere", () => {
+test("a step in an empty history does nothing", () => {
   const mirror = new Mirror();
-  for (const by of [-1, 1, Infinity]) assert.equal(new History().go(mirror, by), null);
+  for (const by of [-1, 1, Infinity]) assert.equal(new History().moveBy(mirror, by), null);
   assert.equal(mirror.frame, null);
 });

@@ -3,14 +3,21 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { BodyError } from "../../src/view/page/bytes.js";
-import { FrameError, Inbox, crc32c, readBanner, readFrame, writeBanner } from "../../src/view/page/frames.js";
-import { agree, readMessage, typeOf, writeMessage } from "../../src/view/page/protocol.js";
+import { BodyError } from "../../src/view/page/session/bytes.js";
+import {
+  FrameError,
+  ReceiveBuffer,
+  crc32c,
+  readBanner,
+  readFrame,
+  writeBanner,
+} from "../../src/view/page/session/frames.js";
+import { agree, readMessage, typeOf, writeMessage } from "../../src/view/page/session/protocol.js";
 import { bytesOf, jsonOf, names } from "./vectors.js";
 
 const CAP = 2 ** 30;
-/** What a consumer says itself. */
-const SAID = [
+/** The messages that a consumer sends. */
+const SENT = [
   "Hello",
   "Ping",
   "Pong",
@@ -21,7 +28,7 @@ const SAID = [
   "Unsubscribe",
   "WantTracks",
 ];
-/** Rows of these many columns stand for lists of lists (of numbers where there is one column). */
+/** Columns of the lists that are decoded as flat rows. */
 const WIDTHS = {
   vertices: 3,
   edges: 2,
@@ -37,7 +44,7 @@ const WIDTHS = {
 
 const dot = ([a, b, birth, death, x, y, radius]) => ({ edge: [a, b], birth, death, center: [x, y], radius });
 
-/** A message as the vectors have it. */
+/** A message in the form of the vectors' JSON. */
 function plain(value, key) {
   if (value instanceof Float64Array) {
     const width = WIDTHS[key] ?? 1;
@@ -51,9 +58,10 @@ function plain(value, key) {
   return Object.fromEntries(Object.entries(value).map(([name, item]) => [name, plain(item, name)]));
 }
 
-/** Whether a message lists an id that no double holds: the page says so and holds no such skeleton. */
+/** Whether a message lists an id that no double can hold: the page refuses such a message. */
 function listsHugeIds(body) {
-  const big = (value) => (Array.isArray(value) ? value.some(big) : typeof (value?.edge?.find(big) ?? value) === "bigint");
+  const isBig = (value) => typeof (value?.edge?.find(big) ?? value) === "bigint";
+  const big = (value) => (Array.isArray(value) ? value.some(big) : isBig(value));
   return Object.keys(WIDTHS).some((key) => big(body[key])) || (body.cycles ?? []).some?.((cycle) => big(cycle.walks));
 }
 
@@ -64,7 +72,7 @@ test("CRC-32C has its known value", () => {
 for (const version of [1, 2]) {
   const folder = `v${version}`;
 
-  test(`every message for consumers in ${folder} is read as its vector says, and written as its bytes`, () => {
+  test(`every message for consumers in ${folder} is decoded to its vector's JSON and encoded to its bytes`, () => {
     let [read, written, huge] = [0, 0, 0];
     for (const name of names(folder)) {
       const vector = jsonOf(folder, name);
@@ -80,14 +88,14 @@ for (const version of [1, 2]) {
       const message = readMessage(version, frame.type, frame.body);
       assert.deepEqual({ type: message.name, ...plain(message.body) }, { type: vector.type, ...vector.body }, name);
       read += 1;
-      if (!SAID.includes(vector.type)) continue;
+      if (!SENT.includes(vector.type)) continue;
       assert.deepEqual(writeMessage(version, vector.channel, vector.type, vector.body), bytes, name);
       written += 1;
     }
     assert.ok(read > 15 && written > 4 && huge < read / 4, `${read} read, ${written} written, ${huge} with huge ids`);
   });
 
-  test(`every bad vector of ${folder} is refused for its reason`, () => {
+  test(`every bad vector of ${folder} is refused with its error`, () => {
     for (const name of names(`${folder}/bad`)) {
       const { error } = jsonOf(`${folder}/bad`, name);
       assert.equal(faultOf(bytesOf(`${folder}/bad`, name), version), error, name);
@@ -121,27 +129,27 @@ test("banners are read and written, and broken ones refused", () => {
   }
 });
 
-test("the highest version that both speak is taken", () => {
+test("the highest common version is chosen", () => {
   assert.equal(agree({ lowest: 1, highest: 1 }), 1);
   assert.equal(agree({ lowest: 2, highest: 9 }), 2);
   assert.equal(agree({ lowest: 3, highest: 9 }), null);
 });
 
-test("frames come whole out of pieces of any size", () => {
+test("frames are complete, whatever the size of the pieces", () => {
   const parts = ["snapshot", "diff", "diff_onwards", "heartbeat"].map((name) => bytesOf("v1", name));
   const stream = Buffer.concat(parts);
   for (const size of [1, 3, 19, 20, 21, 64, 1000, stream.length]) {
-    const inbox = new Inbox();
+    const received = new ReceiveBuffer();
     const ends = [];
     for (let at = 0; at < stream.length; at += size) {
-      inbox.push(Uint8Array.from(stream.subarray(at, at + size)));
-      for (let frame; (frame = inbox.next((version) => version === 1));) ends.push(frame.end);
+      received.push(Uint8Array.from(stream.subarray(at, at + size)));
+      for (let frame; (frame = received.next((version) => version === 1));) ends.push(frame.end);
     }
     assert.deepEqual(
       ends,
       parts.map((part) => part.length),
       `pieces of ${size}`,
     );
-    assert.equal(inbox.rest.length, 0);
+    assert.equal(received.rest.length, 0);
   }
 });

@@ -1,21 +1,22 @@
-//! The page's raster: dots and lines have the right pixels and no others, wherever they are.
+//! The software renderer's raster: dots and lines, also those that are partly or wholly outside.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Raster, wordOf } from "../../src/view/page/raster.js";
+import { Raster, packColor } from "../../src/view/page/drawing/raster.js";
 
 const [WIDTH, HEIGHT] = [40, 30];
 
 function empty() {
   const raster = new Raster();
-  raster.begin(WIDTH, HEIGHT);
+  raster.reset(WIDTH, HEIGHT);
   return raster;
 }
 
-const drawn = ({ words }) => [...words.keys()].filter((at) => words[at] !== 0).map((at) => [at % WIDTH, Math.floor(at / WIDTH)]);
+const drawn = ({ words }) =>
+  [...words.keys()].filter((at) => words[at] !== 0).map((at) => [at % WIDTH, Math.floor(at / WIDTH)]);
 
-/** Numbers that are always the same, from 0 to 1. */
+/** Pseudorandom numbers from 0 to 1. */
 function* numbers(seed = 1) {
   for (let state = seed; ; ) {
     state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
@@ -23,12 +24,12 @@ function* numbers(seed = 1) {
   }
 }
 
-test("a colour's word has its bytes in the order of an image", () => {
-  const bytes = new Uint8Array(Uint32Array.of(wordOf([1, 0.5, 0], 0.25)).buffer);
+test("a packed colour has its bytes in the order of an image", () => {
+  const bytes = new Uint8Array(Uint32Array.of(packColor([1, 0.5, 0], 0.25)).buffer);
   assert.deepEqual([...bytes], [255, 128, 0, 64]);
 });
 
-test("a line is as wide as a pixel, without gaps, from end to end, and cut at the border", () => {
+test("a line is one pixel wide, has no gaps, reaches both ends, and is clipped at the border", () => {
   const from = numbers();
   const next = () => (from.next().value - 0.25) * 2 * WIDTH;
   for (let round = 0; round < 2000; round++) {
@@ -42,7 +43,7 @@ test("a line is as wide as a pixel, without gaps, from end to end, and cut at th
       const off = Math.abs((left + 0.5 - ax) * y - (top + 0.5 - ay) * x) / Math.hypot(x, y);
       assert.ok(off < 1, `pixel ${left}, ${top} is ${off} off the line`);
     }
-    // The number of rows or columns that the line crosses inside.
+    // The rows or columns that the line crosses inside.
     const steps = 20_000;
     const places = new Set();
     for (let i = 0; i <= steps; i++) {
@@ -54,10 +55,10 @@ test("a line is as wide as a pixel, without gaps, from end to end, and cut at th
   }
 });
 
-test("lines and dots that are far away, or nowhere, cost nothing and draw nothing", () => {
+test("lines and dots that are far away or not finite draw nothing", () => {
   for (const far of [1e9, -1e9, 1e300, -1e300, Infinity, -Infinity, NaN]) {
     const raster = empty();
-    raster.size(4);
+    raster.setDotSize(4);
     raster.dot(far, 5, 7);
     raster.dot(5, far, 7);
     raster.line(far, far, far, far, 7);
@@ -72,16 +73,16 @@ test("lines and dots that are far away, or nowhere, cost nothing and draw nothin
   );
 });
 
-test("a dot is round, of its size, and cut at the border", () => {
+test("a dot is round, has its size, and is clipped at the border", () => {
   for (const size of [1.25, 2, 3, 4.5]) {
     const raster = empty();
-    raster.size(size);
+    raster.setDotSize(size);
     raster.dot(20.5, 15.5, 7);
     const whole = drawn(raster);
     assert.ok(whole.every(([x, y]) => Math.hypot(x - 20, y - 15) <= size / 2));
     assert.equal(whole.length, { 1.25: 1, 2: 5, 3: 9, 4.5: 21 }[size], `of size ${size}`);
     const cut = empty();
-    cut.size(size);
+    cut.setDotSize(size);
     cut.dot(0.5, 15.5, 7);
     assert.deepEqual(
       drawn(cut),

@@ -1,15 +1,15 @@
-//! The page's tracks: the sequences of the golden vectors, contradictions, and lifetimes in their lanes.
+//! The page's tracks: the golden vectors, contradictions, lifetimes and their lanes.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { readFrame } from "../../src/view/page/frames.js";
-import { Lifelines, SPAN } from "../../src/view/page/lifelines.js";
-import { readMessage } from "../../src/view/page/protocol.js";
-import { Tracks } from "../../src/view/page/tracks.js";
+import { readFrame } from "../../src/view/page/session/frames.js";
+import { Lifetimes, SPAN } from "../../src/view/page/session/lifetimes.js";
+import { readMessage } from "../../src/view/page/session/protocol.js";
+import { Tracks } from "../../src/view/page/session/tracks.js";
 import { bytesOf, jsonOf } from "./vectors.js";
 
-/** A vector as a message. One cycle in it has an id that no double holds: the page takes it from the JSON, rounded. */
+/** A vector as a message. One has an id that no double can hold; it is taken from the JSON, rounded. */
 function message(name) {
   const { type, body } = readFrame(bytesOf("v2", name), () => true);
   try {
@@ -38,28 +38,28 @@ const track = (id, age, more = {}) => ({
 });
 const event = (frame, happening, of) => ({ frame, time: null, happening, track: of });
 
-test("the story of the vectors is followed", () => {
+test("the messages of the vectors are applied", () => {
   const tracks = new Tracks();
   for (const name of ["tracks_start", "tracks", "tracks_merged"]) {
-    const told = message(name);
-    assert.equal(tracks.take(told), true, name);
-    assert.equal(tracks.frame, told.frame);
-    assert.deepEqual(tracks.living.alive, told.alive);
-    for (const id of tracks.living.cycles.keys()) assert.ok(tracks.living.byId.has(id), `${name}: cycle of ${id}`);
+    const sent = message(name);
+    assert.equal(tracks.apply(sent), true, name);
+    assert.equal(tracks.frame, sent.frame);
+    assert.deepEqual(tracks.current.alive, sent.alive);
+    for (const id of tracks.current.cycles.keys()) assert.ok(tracks.current.byId.has(id), `${name}: cycle of ${id}`);
   }
 });
 
-test("a cycle that was not told of again stays, and goes with its track", () => {
+test("a cycle that is not sent again stays until its track ends", () => {
   const tracks = new Tracks();
-  tracks.take(message("tracks_start"));
-  const before = tracks.living.cycles;
-  tracks.take(message("tracks"));
-  assert.equal(tracks.living.cycles.get(2), before.get(2));
-  assert.deepEqual(Array.from(tracks.living.cycles.get(1)[0]), [0, 1, 251]);
-  assert.deepEqual([...before.keys()], [1, 2], "what was kept of the frame before is as it was");
+  tracks.apply(message("tracks_start"));
+  const before = tracks.current.cycles;
+  tracks.apply(message("tracks"));
+  assert.equal(tracks.current.cycles.get(2), before.get(2));
+  assert.deepEqual(Array.from(tracks.current.cycles.get(1)[0]), [0, 1, 251]);
+  assert.deepEqual([...before.keys()], [1, 2], "the state of the frame before is unchanged");
 });
 
-test("what does not go with what is known asks for a new start, and nothing else is taken until then", () => {
+test("a contradiction asks for a restart, and messages are ignored until then", () => {
   const wrong = [
     { from: 10, frame: 12 },
     { events: [event(12, "Born", track(1, 2))] },
@@ -68,37 +68,37 @@ test("what does not go with what is known asks for a new start, and nothing else
   ];
   for (const change of wrong) {
     const tracks = new Tracks();
-    tracks.take(message("tracks_start"));
-    assert.equal(tracks.take({ ...message("tracks"), ...change }), false, JSON.stringify(change));
+    tracks.apply(message("tracks_start"));
+    assert.equal(tracks.apply({ ...message("tracks"), ...change }), false, JSON.stringify(change));
     assert.equal(tracks.frame, null);
-    const living = tracks.living;
-    assert.equal(tracks.take(message("tracks")), true, "passed over");
-    assert.equal(tracks.living, living);
-    assert.equal(tracks.take(message("tracks_start")), true);
+    const before = tracks.current;
+    assert.equal(tracks.apply(message("tracks")), true, "ignored");
+    assert.equal(tracks.current, before);
+    assert.equal(tracks.apply(message("tracks_start")), true);
     assert.equal(tracks.frame, 11);
   }
 });
 
-test("a life begins, is split off, turns pale, and ends", () => {
-  const lifelines = new Lifelines();
-  lifelines.restart(10, [track(1, 4)]);
-  lifelines.take(event(12, { Split: 1 }, track(2, 2)));
-  lifelines.take(event(14, "Unselected", track(2, 4, { selected: false })));
-  lifelines.take(event(17, "Reselected", track(2, 7)));
-  lifelines.take(event(20, { Merged: 1 }, track(2, 9)));
-  const [first, second] = [lifelines.lives.get(1), lifelines.lives.get(2)];
+test("a lifetime begins by a split, leaves and enters the selection, and ends", () => {
+  const lifetimes = new Lifetimes();
+  lifetimes.restart(10, [track(1, 4)]);
+  lifetimes.apply(event(12, { Split: 1 }, track(2, 2)));
+  lifetimes.apply(event(14, "Unselected", track(2, 4, { selected: false })));
+  lifetimes.apply(event(17, "Reselected", track(2, 7)));
+  lifetimes.apply(event(20, { Merged: 1 }, track(2, 9)));
+  const [first, second] = [lifetimes.byId.get(1), lifetimes.byId.get(2)];
   assert.deepEqual([first.from, first.to, first.began], [7, null, "before"]);
   assert.deepEqual([second.from, second.to, second.began, second.parent], [11, 20, "split", 1]);
-  assert.deepEqual([second.ended, second.into, second.pale], ["merged", 1, [14, 17]]);
+  assert.deepEqual([second.ended, second.into, second.selectionChanges], ["merged", 1, [14, 17]]);
   assert.notEqual(first.lane, second.lane);
 });
 
-test("a new start ends what is not there any more, and goes on with what is", () => {
-  const lifelines = new Lifelines();
-  lifelines.restart(10, [track(1, 4), track(2, 4)]);
-  lifelines.restart(30, [track(2, 24), track(3, 5)]);
+test("a restart ends the lifetimes of tracks that are gone, and continues the others", () => {
+  const lifetimes = new Lifetimes();
+  lifetimes.restart(10, [track(1, 4), track(2, 4)]);
+  lifetimes.restart(30, [track(2, 24), track(3, 5)]);
   assert.deepEqual(
-    [...lifelines.lives.values()].map(({ id, from, to, ended }) => [id, from, to, ended]),
+    [...lifetimes.byId.values()].map(({ id, from, to, ended }) => [id, from, to, ended]),
     [
       [1, 7, 30, "unseen"],
       [2, 7, null, null],
@@ -107,26 +107,26 @@ test("a new start ends what is not there any more, and goes on with what is", ()
   );
 });
 
-test("lives do not share a lane at one time, lanes are used again, and nothing is kept for ever", () => {
-  const lifelines = new Lifelines();
+test("lifetimes in a lane do not overlap, lanes are reused, and old lifetimes are dropped", () => {
+  const lifetimes = new Lifetimes();
   const alive = new Map();
   let random = 1;
   for (let frame = 1; frame <= 20_000; frame++) {
     random = (Math.imul(random, 1664525) + 1013904223) >>> 0;
     if (random % 3 === 0 && alive.size < 30) {
       alive.set(frame, frame);
-      lifelines.take(event(frame, "Born", track(frame, 1)));
+      lifetimes.apply(event(frame, "Born", track(frame, 1)));
     } else if (random % 5 < 2 && alive.size > 0) {
       const id = [...alive.keys()][random % alive.size];
-      lifelines.take(event(frame, "Died", track(id, frame - alive.get(id))));
+      lifetimes.apply(event(frame, "Died", track(id, frame - alive.get(id))));
       alive.delete(id);
     }
-    lifelines.forget(frame);
+    lifetimes.prune(frame);
   }
-  assert.ok(lifelines.lives.size < SPAN && lifelines.lives.size > 100, `${lifelines.lives.size} lives`);
-  assert.ok(lifelines.lanes.length < 60, `${lifelines.lanes.length} lanes`);
+  assert.ok(lifetimes.byId.size < SPAN && lifetimes.byId.size > 100, `${lifetimes.byId.size} lifetimes`);
+  assert.ok(lifetimes.lanes.length < 60, `${lifetimes.lanes.length} lanes`);
   const ends = new Map();
-  for (const { lane, from, to } of [...lifelines.lives.values()].sort((a, b) => a.from - b.from)) {
+  for (const { lane, from, to } of [...lifetimes.byId.values()].sort((a, b) => a.from - b.from)) {
     assert.ok((ends.get(lane) ?? 0) < from, `lane ${lane} is taken at ${from}`);
     ends.set(lane, to ?? Infinity);
   }

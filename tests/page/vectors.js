@@ -1,4 +1,4 @@
-//! Reads the protocol's golden vectors for the page's tests: bytes and exact JSON.
+//! The protocol's golden vectors for the page's tests: bytes and exact JSON.
 
 import { readFileSync, readdirSync } from "node:fs";
 
@@ -14,7 +14,7 @@ export const names = (folder) =>
 export const bytesOf = (folder, name) =>
   new Uint8Array(Buffer.from(read(folder, `${name}.hex`).replace(/\s/g, ""), "hex"));
 
-/** The value of a vector. Whole numbers that no double holds are BigInts. */
+/** The JSON of a vector. Integers that no double can hold are BigInts. */
 export function jsonOf(folder, name) {
   const marked = read(folder, `${name}.json`).replace(/(?<=[\s[:,])(\d{16,})(?=[\s,\]}])/g, '"big:$1"');
   return JSON.parse(marked, (_, value) => {

@@ -1,4 +1,4 @@
-//! `hopes demo` as a new user sees it: the address to open, the page there, the terminal's output, and the end.
+//! `hopes demo`: the address it prints, the page, its output, and its end.
 
 use std::net::TcpListener;
 use std::process::Stdio;
@@ -10,23 +10,23 @@ use crate::page::HttpClient;
 
 const ANYWHERE: &str = "--view 127.0.0.1:0";
 
-/// A demo that has logged its address. Returns the address's host and port.
+/// A running demo, and host and port of its page.
 fn started(arguments: &str) -> (Running, String) {
     let mut running = hopes("demo").and(arguments).start();
     let first = running.line().expect("there is a first line");
-    let (_, rest) = first.split_once("open http://").unwrap_or_else(|| panic!("{first:?} does not say what to open"));
+    let (_, rest) = first.split_once("open http://").unwrap_or_else(|| panic!("{first:?} has no address to open"));
     let host = rest.split_once('/').unwrap().0.to_owned();
     (running, host)
 }
 
 fn get(host: &str, path: &str) -> crate::page::Reply {
     let mut client = HttpClient::at(host);
-    client.say(format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes());
-    client.reply().expect("there is an answer")
+    client.send(format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes());
+    client.reply().expect("there is a response")
 }
 
 #[test]
-fn a_demo_ends_after_a_number_of_frames() {
+fn a_demo_ends_after_a_given_number_of_frames() {
     let finished = hopes(&format!("demo --scene static --frames 45 --rate 300 {ANYWHERE}")).runs();
     let text = finished.text();
     let lines: Vec<&str> = text.lines().collect();
@@ -40,10 +40,10 @@ fn a_demo_ends_after_a_number_of_frames() {
 }
 
 #[test]
-fn the_page_shows_the_demo_while_it_runs_and_a_signal_ends_all() {
+fn the_page_shows_the_running_demo_and_a_signal_ends_it() {
     for (signal, name) in [(Signal::INT, "SIGINT"), (Signal::TERM, "SIGTERM")] {
         let (mut running, host) = started(&format!("--rate 100 {ANYWHERE}"));
-        assert!(String::from_utf8(get(&host, "/").fine()).unwrap().contains("<canvas"));
+        assert!(String::from_utf8(get(&host, "/").ok()).unwrap().contains("<canvas"));
         let frame = || {
             let streams = get(&host, "/api/streams").json();
             let stream = streams["streams"].as_array()?.iter().find(|stream| stream["info"]["name"] == "demo")?.clone();
@@ -59,7 +59,7 @@ fn the_page_shows_the_demo_while_it_runs_and_a_signal_ends_all() {
         let finished = running.finish();
         assert_eq!((finished.code, finished.err.as_str()), (Some(0), ""), "{name}");
         assert_eq!(last, name);
-        assert!(std::net::TcpStream::connect(&host).is_err(), "somebody is still there");
+        assert!(std::net::TcpStream::connect(&host).is_err(), "the port is still open");
     }
 }
 
@@ -71,7 +71,7 @@ fn the_film_repeats() {
 }
 
 #[test]
-fn a_signal_ends_a_demo_and_leaves_nothing_behind() {
+fn a_closed_stdout_ends_the_demo_without_leftovers() {
     let folder = tempfile::tempdir().unwrap();
     let mut command = hopes(&format!("demo --frames 30 --rate 300 {ANYWHERE}")).command();
     let mut child = command.env("TMPDIR", folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -83,10 +83,10 @@ fn a_signal_ends_a_demo_and_leaves_nothing_behind() {
 
 #[test]
 fn a_port_in_use_is_avoided_or_refused() {
-    // If another process has this port already, the test works too.
+    // If another process has it already, that serves as well.
     let taken = TcpListener::bind("127.0.0.1:8080");
     let (running, host) = started("--frames 1");
-    assert!(host != "127.0.0.1:8080", "two cannot be there");
+    assert!(host != "127.0.0.1:8080", "the port is in use");
     running.finish().out();
     drop(taken);
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
@@ -95,7 +95,7 @@ fn a_port_in_use_is_avoided_or_refused() {
 }
 
 #[test]
-fn invalid_demos_are_refused() {
+fn invalid_options_are_refused() {
     for (arguments, words) in [
         ("--scene nothing", "there is no scene \"nothing\""),
         ("--scene pinch --video", "cannot be used with"),

@@ -1,4 +1,4 @@
-//! HTTP clients that are slow, numerous, or do not read: all other clients are served.
+//! Clients that are slow, numerous, do not read, or send noise: all others are served.
 
 use std::io::Write;
 use std::net::{Shutdown, TcpStream};
@@ -18,16 +18,16 @@ fn a_thousand_idle_connections_are_harmless() {
     let mut pair = ProducerAndConsumer::new(&page.daemon, "cam");
     let address = format!("127.0.0.1:{}", page.port());
     let mut idle: Vec<TcpStream> = (0..1000).map(|_| TcpStream::connect(&address).unwrap()).collect();
-    // One client sends a part of a request, which makes no difference.
+    // One sends part of a request, which changes nothing.
     idle[0].write_all(b"GET / HT").unwrap();
     pair.step();
     let mut late = Consumer::subscribe(page.daemon.client(), subscribe("cam", FULL));
     late.expect_snapshot(Cause::Start);
     assert_eq!(late.mirror.number(), pair.consumer.mirror.number());
-    // A client above the limit gets an error, and the others time out.
-    let turned_away = idle.split_off(300);
-    for stream in turned_away.into_iter().step_by(50) {
-        HttpClient(stream).reply().unwrap().is_refused(503, "256 visitors");
+    // Clients above the limit are refused, and the others are disconnected in time.
+    let refused = idle.split_off(300);
+    for stream in refused.into_iter().step_by(50) {
+        HttpClient(stream).reply().unwrap().is_refused(503, "256 clients");
     }
     for _ in 0..10 {
         pair.step();
@@ -41,32 +41,28 @@ fn a_thousand_idle_connections_are_harmless() {
 }
 
 #[test]
-fn a_client_that_does_not_finish_its_request_is_disconnected() {
-    // The timeout for a request's head is the daemon's timeout if that is below ten seconds.
+fn clients_without_a_complete_head_are_disconnected() {
+    // The time for a head is the daemon's timeout, if that is less than ten seconds.
     let page = Page::start("--timeout 2s");
-    let (mut silent, mut slow) = (page.http_client(), page.http_client());
+    let (mut silent, mut slow) = (page.client(), page.client());
     let begun = Instant::now();
-    let mut said = 0;
+    let mut sent = 0;
     for byte in format!("GET / HTTP/1.1\r\nHost: {}\r\nX-Long: {}", page.host, "a".repeat(10_000)).bytes() {
-        // Each byte is sent long before any timeout for a single byte.
+        // Each byte comes long before a timeout for a single read.
         if slow.0.write_all(&[byte]).is_err() || begun.elapsed() > Duration::from_secs(30) {
             break;
         }
-        said += 1;
-        page_pause();
-        if said % 20 == 0 && is_answered(&slow.0) {
+        sent += 1;
+        std::thread::sleep(Duration::from_millis(10));
+        if sent % 20 == 0 && is_answered(&slow.0) {
             break;
         }
     }
     assert!(begun.elapsed() > Duration::from_millis(1900), "after {:?}", begun.elapsed());
     assert!(begun.elapsed() < Duration::from_secs(30));
-    slow.reply().unwrap().is_refused(408, "has to come in time");
+    slow.reply().unwrap().is_refused(408, "must be complete in time");
     assert_eq!(silent.reply(), None);
     page.daemon.stop();
-}
-
-fn page_pause() {
-    std::thread::sleep(Duration::from_millis(10));
 }
 
 fn is_answered(stream: &TcpStream) -> bool {
@@ -77,7 +73,7 @@ fn is_answered(stream: &TcpStream) -> bool {
 }
 
 #[test]
-fn a_client_that_does_not_read_its_answer_is_disconnected() {
+fn clients_that_do_not_read_a_response_are_disconnected() {
     let page = Page::start("--timeout 6s --heartbeat 200ms");
     let mut random = Random::new(3);
     let mut producer = Producer::open(page.daemon.client(), open("cam"));
@@ -87,22 +83,22 @@ fn a_client_that_does_not_read_its_answer_is_disconnected() {
     }
     let commit = producer.commit();
     producer.is_committed(commit);
-    // A peer that stays must send something now and then.
+    // An idle producer would time out.
     drop(producer);
     let request = format!("GET /api/streams/cam/snapshot?full HTTP/1.1\r\nHost: {}\r\n\r\n", page.host);
     let stuck: Vec<HttpClient> = (0..4)
         .map(|_| {
-            let mut client = page.http_client();
-            client.say(request.as_bytes());
+            let mut client = page.client();
+            client.send(request.as_bytes());
             client
         })
         .collect();
-    eventually("all are being answered", || stuck.iter().all(|client| is_answered(&client.0)).then_some(()));
-    // They occupy all request slots until they time out.
+    eventually("all responses have begun", || stuck.iter().all(|client| is_answered(&client.0)).then_some(()));
+    // They hold all permits for snapshots until they are disconnected.
     page.get("/api/streams/cam/snapshot").is_refused(503, "try again");
-    page.get("/healthz").fine();
-    eventually("there are turns again", || (page.get("/api/streams/cam/snapshot").status == 200).then_some(()));
-    // One has timed out by now, and the answers to the others have begun before that.
+    page.get("/healthz").ok();
+    eventually("there are permits again", || (page.get("/api/streams/cam/snapshot").status == 200).then_some(()));
+    // One is disconnected by now, and the responses of the others began before that.
     std::thread::sleep(Duration::from_secs(6));
     for mut client in stuck {
         let got = client.rest();
@@ -112,20 +108,23 @@ fn a_client_that_does_not_read_its_answer_is_disconnected() {
 }
 
 #[test]
-fn a_websocket_that_never_reads_is_disconnected_and_delays_no_other() {
+fn a_websocket_that_never_reads_is_disconnected_and_delays_nothing() {
     let page = Page::start("--timeout 4s --heartbeat 500ms");
-    let mut silent = page.web_client();
+    let mut silent = page.websocket();
     silent.send(1, subscribe("cam", FULL));
     let mut random = Random::new(5);
     let mut producer = Producer::open(page.daemon.client(), Open { window: Some(Window::Frames(1)), ..open("cam") });
-    let mut beside = page.web_consumer("cam");
+    let mut beside = page.websocket_consumer("cam");
     let begun = Instant::now();
     let mut frame = 0;
     while page.daemon.stream("cam").info.consumers == 2 || frame == 0 {
         frame = producer.frame(&points(&mut random, 12_000));
-        // A consumer that reads gets every frame, as a diff or, the first time, as a snapshot.
+        // A consumer that reads gets every frame, the first one as a snapshot.
         beside.follow_to(frame);
-        assert!(begun.elapsed() < Duration::from_secs(90), "the silent one is still there after frame {frame}");
+        assert!(
+            begun.elapsed() < Duration::from_secs(90),
+            "the one that does not read is still connected after frame {frame}"
+        );
     }
     frame = producer.frame(&points(&mut random, 10));
     beside.follow_to(frame);
@@ -134,43 +133,43 @@ fn a_websocket_that_never_reads_is_disconnected_and_delays_no_other() {
 }
 
 #[test]
-fn a_page_that_has_slept_gets_what_it_missed() {
+fn a_websocket_that_paused_reading_gets_lagged_and_continues() {
     let page = Page::start("--consumer-queue 64KiB");
     let mut random = Random::new(6);
     let mut producer = Producer::open(page.daemon.client(), Open { window: Some(Window::Frames(1)), ..open("cam") });
     let mut last = producer.frame(&points(&mut random, 12_000));
-    let (mut asleep, mut awake) = (page.web_consumer("cam"), page.web_consumer("cam"));
-    asleep.expect_snapshot(Cause::Start);
-    awake.expect_snapshot(Cause::Start);
-    // More than sockets hold.
+    let (mut paused, mut reading) = (page.websocket_consumer("cam"), page.websocket_consumer("cam"));
+    paused.expect_snapshot(Cause::Start);
+    reading.expect_snapshot(Cause::Start);
+    // More than the buffers of sockets hold.
     for _ in 0..40 {
         last = producer.frame(&points(&mut random, 12_000));
-        awake.follow_to(last);
+        reading.follow_to(last);
     }
-    let missed: u64 = asleep
+    let missed: u64 = paused
         .follow_to(last)
         .iter()
         .map(|message| if let Message::Lagged(lagged) = message { lagged.last - lagged.first + 1 } else { 0 })
         .sum();
     assert!(missed > 0);
     assert_eq!(page.daemon.stream("cam").lagged, missed);
-    assert_eq!(held(&asleep.mirror), held(&awake.mirror));
+    assert_eq!(held(&paused.mirror), held(&reading.mirror));
     last = producer.frame(&points(&mut random, 100));
-    asleep.follow_to(last);
+    paused.follow_to(last);
     page.daemon.stop();
 }
 
 #[test]
-fn random_bytes_in_a_websocket_end_only_that_one() {
+fn noise_in_a_websocket_ends_only_that_connection() {
     let page = Page::start("");
     let mut pair = ProducerAndConsumer::new(&page.daemon, "cam");
     let mut random = Random::new(11);
     for round in 0..40 {
-        let web_client = page.web_client();
-        let Socket::Web(mut web) = web_client.socket else { panic!("a web_client comes by WebSocket") };
+        let websocket = page.websocket();
+        let Socket::Web(mut web) = websocket.socket else { panic!("it is connected by WebSocket") };
         let noise: Vec<u8> = (0..300).map(|_| random.below(256) as u8).collect();
         let below = web.socket.get_mut();
-        // The daemon may close the connection meanwhile.
+        // The daemon may close the connection in the middle of it.
         let _ = below.write_all(&noise);
         let _ = below.shutdown(Shutdown::Write);
         while std::io::Read::read(&mut web, &mut [0; 4096]).is_ok_and(|length| length > 0) {}
@@ -183,67 +182,67 @@ fn random_bytes_in_a_websocket_end_only_that_one() {
 }
 
 #[test]
-fn invalid_websocket_frames_close_with_a_code() {
+fn invalid_frames_end_the_connection_with_the_reason() {
     let page = Page::start("");
     for (frame, code, words) in [
         (&[0x81, 0x81, 0, 0, 0, 0, b'x'][..], 1003, "text"),
         (&[0x82, 0x01, b'x'], 1002, "not masked"),
         (&[0x80, 0x80, 0, 0, 0, 0], 1002, "out of order"),
     ] {
-        let mut web_client = page.web_client();
-        let Socket::Web(web) = &mut web_client.socket else { panic!("a web_client comes by WebSocket") };
+        let mut websocket = page.websocket();
+        let Socket::Web(web) = &mut websocket.socket else { panic!("it is connected by WebSocket") };
         web.socket.get_mut().write_all(frame).unwrap();
-        let rest = web_client.rest();
+        let rest = websocket.rest();
         let [(0, Message::Error(report)), (0, Message::Goodbye(_))] = &rest[..] else { panic!("{rest:?}") };
         assert_eq!(report.code, ErrorCode::BadFrame as u16);
         assert!(report.text.contains(words), "{report:?}");
-        let Socket::Web(web) = &web_client.socket else { panic!("it still does") };
+        let Socket::Web(web) = &websocket.socket else { panic!("it still does") };
         assert_eq!(web.closed, Some(code));
     }
     page.daemon.stop();
 }
 
 #[test]
-fn a_peer_above_the_limit_gets_an_error() {
+fn a_websocket_above_the_limit_is_refused_with_an_error() {
     let page = Page::start("--max-connections 2");
-    let (_first, _second) = (page.web_client(), page.web_client());
+    let (_first, _second) = (page.websocket(), page.websocket());
     let mut third = crate::common::client::Client::without_banner(&format!("ws:{}", page.host));
     assert_eq!(third.banner(), Banner::OURS);
     let rest = third.rest();
     let [(0, Message::Error(report))] = &rest[..] else { panic!("{rest:?}") };
     assert_eq!(report.code, ErrorCode::TooManyConnections as u16);
-    // HTTP clients have a limit of their own.
-    page.get("/healthz").fine();
+    // Other requests have a limit of their own.
+    page.get("/healthz").ok();
     page.daemon.stop();
 }
 
 #[test]
-fn messages_may_arrive_together_with_the_upgrade() {
+fn messages_may_come_together_with_the_upgrade() {
     let page = Page::start("");
-    let mut client = page.http_client();
+    let mut client = page.client();
     let mut request = format!(
         "GET /ws HTTP/1.1\r\nHost: {0}\r\nOrigin: http://{0}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
          Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
         page.host
     )
     .into_bytes();
-    let said =
+    let messages =
         [&Banner::OURS.encode()[..], &bytes(0, hello()), &bytes(0, Goodbye { reason: "done".into(), streams: vec![] })];
-    // Masked with zeros, which changes nothing.
-    for piece in said {
+    // A mask of zeros changes nothing.
+    for piece in messages {
         assert!(piece.len() < 126);
         request.extend([0x82, 0x80 | piece.len() as u8, 0, 0, 0, 0]);
         request.extend(piece);
     }
-    client.say(&request);
+    client.send(&request);
     let answer = client.rest();
     let end = answer.windows(4).position(|window| window == b"\r\n\r\n").unwrap() + 4;
     let head = String::from_utf8_lossy(&answer[..end]).into_owned();
     assert!(head.starts_with("HTTP/1.1 101 "), "{head}");
-    // The answer for this key in RFC 6455.
+    // The key and its answer are those of RFC 6455.
     assert!(head.contains("\r\nSec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n"), "{head}");
     assert!(!head.contains("Sec-WebSocket-Protocol"), "{head}");
-    // The banner is a binary message, and the last frame is a close without an error.
+    // The banner is a binary message, and the last frame is a normal closure.
     assert_eq!(answer[end..end + 2], [0x82, Banner::LENGTH as u8]);
     assert!(answer.ends_with(&[0x88, 2, 3, 232]), "{answer:?}");
     page.daemon.stop();

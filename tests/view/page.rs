@@ -1,7 +1,9 @@
-//! A daemon with a page, and an HTTP client whose every byte is written by the test.
+//! A daemon with a page, and an HTTP client of which every byte is chosen by the test.
 //!
-//! In: requests. Out: parsed answers. Invariants: every wait has a deadline. An answer has as many bytes as its length
-//! says.
+//! In: bytes of requests.
+//! Out: parsed responses.
+//! Invariants: all waiting has a deadline. A response has as many bytes as its `Content-Length` says.
+//! Must not know: what tests check.
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read, Write};
@@ -11,8 +13,8 @@ use std::time::Duration;
 use crate::common::client::Client;
 use crate::common::peers::{Consumer, Daemon, FULL, subscribe};
 
-/// The longest wait for an answer, on a slow and busy machine.
-const TIMEOUT: Duration = Duration::from_secs(100);
+/// How long a response may take, on a slow and busy machine.
+const PATIENCE: Duration = Duration::from_secs(100);
 
 /// A daemon on a socket, with a page.
 pub struct Page {
@@ -22,12 +24,12 @@ pub struct Page {
 }
 
 impl Page {
-    /// Starts it with options of `serve`.
+    /// Starts a daemon with further options of `serve`.
     pub fn start(options: &str) -> Self {
         Self::at("127.0.0.1:0", options)
     }
 
-    /// Starts it with its page at an address.
+    /// Starts a daemon with its page at an address.
     pub fn at(address: &str, options: &str) -> Self {
         let mut daemon = Daemon::start(&format!("--view {address} {options}"));
         let line = daemon.running.until_log("the page is at http://");
@@ -39,78 +41,78 @@ impl Page {
         self.host.rsplit_once(':').unwrap().1
     }
 
-    /// A new connection that has sent nothing.
-    pub fn http_client(&self) -> HttpClient {
+    /// A client that has connected and sent nothing.
+    pub fn client(&self) -> HttpClient {
         HttpClient::at(&format!("127.0.0.1:{}", self.port()))
     }
 
-    /// The answer to a valid GET request.
+    /// The response to a valid request.
     pub fn get(&self, path: &str) -> Reply {
-        self.ask(&format!("GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", self.host))
+        self.request(&format!("GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", self.host))
     }
 
-    /// The answer to any bytes.
-    pub fn ask(&self, request: &str) -> Reply {
-        let mut client = self.http_client();
-        client.say(request.as_bytes());
-        client.reply().expect("there is an answer")
+    /// The response to any bytes.
+    pub fn request(&self, request: &str) -> Reply {
+        let mut client = self.client();
+        client.send(request.as_bytes());
+        client.reply().expect("there is a response")
     }
 
-    /// The answer to a GET request. None if there is no answer.
+    /// As `get`; none if there is no response.
     pub fn try_get(&self, path: &str) -> Option<Reply> {
-        let mut client = self.http_client();
+        let mut client = self.client();
         let request = format!("GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", self.host);
         client.0.write_all(request.as_bytes()).ok()?;
         client.reply()
     }
 
     /// A consumer that is connected by WebSocket.
-    pub fn web_consumer(&self, stream: &str) -> Consumer {
-        Consumer::subscribe(self.web_client(), subscribe(stream, FULL))
+    pub fn websocket_consumer(&self, stream: &str) -> Consumer {
+        Consumer::subscribe(self.websocket(), subscribe(stream, FULL))
     }
 
-    /// A client that is connected by WebSocket.
-    pub fn web_client(&self) -> Client {
+    /// A client of the protocol that is connected by WebSocket.
+    pub fn websocket(&self) -> Client {
         Client::with_hello(&format!("ws:{}", self.host))
     }
 }
 
-/// An HTTP connection.
+/// A connection to the page.
 pub struct HttpClient(pub TcpStream);
 
 impl HttpClient {
     pub fn at(host: &str) -> Self {
         let stream = TcpStream::connect(host).unwrap();
-        stream.set_read_timeout(Some(TIMEOUT)).unwrap();
-        stream.set_write_timeout(Some(TIMEOUT)).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream.set_write_timeout(Some(PATIENCE)).unwrap();
         Self(stream)
     }
 
-    pub fn say(&mut self, bytes: &[u8]) {
-        self.0.write_all(bytes).expect("the page listens");
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.0.write_all(bytes).expect("the page accepts bytes");
     }
 
-    /// All bytes until the daemon closes the connection.
+    /// All bytes until the page closes the connection.
     pub fn rest(&mut self) -> Vec<u8> {
         let mut all = Vec::new();
         match self.0.read_to_end(&mut all) {
             Ok(_) => all,
             Err(error) if matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::BrokenPipe) => all,
-            Err(error) => panic!("the page neither answers nor hangs up: {error}"),
+            Err(error) => panic!("the page neither responds nor closes the connection: {error}"),
         }
     }
 
-    /// The answer. None if the daemon closes the connection without one.
+    /// The response; none if the page closes the connection without one.
     pub fn reply(&mut self) -> Option<Reply> {
         Reply::parse(&self.rest())
     }
 }
 
-/// An answer.
+/// A response.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reply {
     pub status: u16,
-    /// Names in lower case.
+    /// Names are in lower case.
     pub fields: BTreeMap<String, String>,
     pub body: Vec<u8>,
 }
@@ -128,7 +130,7 @@ impl Reply {
         for line in lines {
             let (name, value) = line.split_once(": ").unwrap();
             let twice = fields.insert(name.to_ascii_lowercase(), value.to_owned());
-            assert_eq!(twice, None, "{name} stands there twice");
+            assert_eq!(twice, None, "{name} is there twice");
         }
         Some(Self { status, fields, body: bytes[end + 4..].to_vec() })
     }
@@ -141,25 +143,25 @@ impl Reply {
         str::from_utf8(&self.body).unwrap()
     }
 
-    /// Expects status 200. Returns the body.
-    pub fn fine(self) -> Vec<u8> {
+    /// The body of a response of status 200.
+    pub fn ok(self) -> Vec<u8> {
         assert_eq!(self.status, 200, "{}", self.text());
         assert_eq!(self.field("content-length"), self.body.len().to_string());
         self.body
     }
 
     pub fn json(self) -> serde_json::Value {
-        serde_json::from_slice(&self.fine()).unwrap()
+        serde_json::from_slice(&self.ok()).unwrap()
     }
 
-    /// Expects this status and these words in the text.
+    /// A refusal whose text has these words.
     pub fn is_refused(&self, status: u16, words: &str) {
         assert_eq!(self.status, status, "{}", self.text());
         assert!(self.text().contains(words), "{words:?} is missing in {:?}", self.text());
     }
 }
 
-/// The next address of a page in the log of a daemon without a socket.
+/// Host and port of the page, which a daemon without a socket logs next.
 pub fn listening_page(running: &mut crate::common::process::Running) -> String {
     let line = running.until_log("the page is at http://");
     line.trim_end().trim_end_matches('/').split_once("http://").unwrap().1.to_owned()

@@ -1,23 +1,25 @@
-//! The page: puts session, pictures and controls together, and draws when something has changed.
+//! The page: connects session, renderer and panels, and draws when something has changed.
 //!
-//! In: the address, the user. Out: the page, and `window.hopes.state()` for tests. Invariants: at most one drawing a
-//! screen frame and none where nothing has changed; drawing never takes more than half of the time, so that there is
-//! always some for following; a hidden page follows nothing. Must not know: bytes, the graphics card.
+//! In: the address, the user.
+//! Out: the page; `window.hopes.state()` for tests.
+//! Invariants: at most one drawing per screen frame, and none where nothing has changed. Drawing takes at most half of
+//! the time, so that the rest is left for following. A hidden page follows nothing.
+//! Must not know: bytes, the graphics card.
 
-import { Camera } from "./camera.js";
-import { readPalette } from "./colors.js";
-import { Controls, choiceFrom } from "./controls.js";
-import { Labels, cycleAt, isMeant } from "./cycles.js";
-import { Diagram } from "./diagram.js";
-import { Lives } from "./lives.js";
-import { painterOf } from "./painter.js";
-import { Session } from "./session.js";
-import { Rate, showCycle, showStatus } from "./status.js";
+import { Camera } from "./drawing/camera.js";
+import { readPalette } from "./drawing/colors.js";
+import { TracksByLabel, isPicked, pickCycle } from "./drawing/picking.js";
+import { createRenderer } from "./drawing/renderer.js";
+import { Controls, choiceFrom } from "./panels/controls.js";
+import { Diagram } from "./panels/diagram.js";
+import { Rate, showCycle, showStatus } from "./panels/status.js";
+import { Timeline } from "./panels/timeline.js";
+import { Session } from "./session/session.js";
 
-/** The small pictures and the words are drawn anew at most so often, in milliseconds, while frames come. */
-const SLOWLY = 70;
-/** How near to an edge counts as on it, in pixels; a finger is broader than a mouse. */
-const REACH = { mouse: 9, touch: 18 };
+/** Milliseconds between two drawings of the panels at the least, while frames come. */
+const PANEL_INTERVAL = 70;
+/** How near to an edge a pointer must be, in pixels. A finger is less precise than a mouse. */
+const PICK_RADIUS = { mouse: 9, touch: 18 };
 
 const el = (id) => document.getElementById(id);
 
@@ -26,37 +28,37 @@ class Page {
     readPalette();
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     this.session = new Session(`${scheme}://${location.host}/ws`, choiceFrom(location.hash), (what) =>
-      this.changed(what),
+      this.onChange(what),
     );
-    this.labels = new Labels();
-    this.camera = new Camera(el("plane"), () => this.mark());
-    this.plane = painterOf(el("plane"), this.camera, this.labels);
-    this.diagram = new Diagram(el("diagram"), this.labels);
-    this.lives = new Lives(el("lives"));
+    this.tracksByLabel = new TracksByLabel();
+    this.camera = new Camera(el("plane"), () => this.requestDraw());
+    this.renderer = createRenderer(el("plane"), this.camera, this.tracksByLabel);
+    this.diagram = new Diagram(el("diagram"), this.tracksByLabel);
+    this.timeline = new Timeline(el("lives"));
     this.controls = new Controls(this.session, {
       fit: () => this.fit(),
-      next: (by) => this.pinNext(by),
-      drop: () => this.pin(null),
+      pickNext: (by) => this.pinNext(by),
+      unpick: () => this.pin(null),
     });
-    /** What the pointer is on, and what stays meant when it goes. */
+    /** The cycle under the pointer, and the cycle that stays picked when the pointer leaves. */
     this.hovered = null;
     this.pinned = null;
-    this.frames = new Rate();
+    this.followed = new Rate();
     this.drawings = new Rate();
     this.counted = 0;
     this.drawn = null;
-    this.restsUntil = 0;
-    this.slowlyAt = 0;
+    this.nextDrawAt = 0;
+    this.panelsDrawnAt = 0;
     this.listen();
   }
 
   start() {
-    this.session.hide(document.hidden);
+    this.session.setHidden(document.hidden);
     this.session.start();
-    this.mark();
+    this.requestDraw();
   }
 
-  get meant() {
+  get pick() {
     return this.hovered ?? this.pinned;
   }
 
@@ -64,63 +66,64 @@ class Page {
     const dark = matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", () => {
       readPalette();
-      this.mark();
+      this.requestDraw();
     });
     document.addEventListener("visibilitychange", () => {
-      this.session.hide(document.hidden);
-      this.mark();
+      this.session.setHidden(document.hidden);
+      this.requestDraw();
     });
-    new ResizeObserver(() => this.mark()).observe(el("views"));
-    this.watch(el("plane"), (event) => this.cycleUnder(event));
-    this.watch(el("diagram"), (event) => this.diagram.at(event.offsetX, event.offsetY));
-    this.watch(el("lives"), (event) => this.lives.at(event.offsetX, event.offsetY));
+    new ResizeObserver(() => this.requestDraw()).observe(el("views"));
+    this.listenForPicks(el("plane"), (event) => this.pickInPlane(event));
+    this.listenForPicks(el("diagram"), (event) => this.diagram.pickAt(event.offsetX, event.offsetY));
+    this.listenForPicks(el("lives"), (event) => this.timeline.pickAt(event.offsetX, event.offsetY));
   }
 
-  /** Lets a picture's pointer mean a cycle, and a click keep it meant. */
-  watch(canvas, cycleUnder) {
+  /** Picks the cycle under the pointer of a canvas; a click pins it. */
+  listenForPicks(canvas, pickAt) {
     canvas.addEventListener("pointermove", (event) => {
-      if (event.buttons === 0 || event.pointerType !== "mouse") this.hover(cycleUnder(event));
+      if (event.buttons === 0 || event.pointerType !== "mouse") this.hover(pickAt(event));
     });
     canvas.addEventListener("pointerleave", () => this.hover(null));
     canvas.addEventListener("click", (event) => {
       if (canvas === el("plane") && this.camera.travel > 4) return;
-      this.pin(cycleUnder(event));
+      this.pin(pickAt(event));
     });
   }
 
-  cycleUnder(event) {
-    const [x, y] = this.camera.placeAt(event.offsetX, event.offsetY);
-    const reach = (REACH[event.pointerType] ?? REACH.mouse) / this.camera.scale;
-    return cycleAt(this.session.mirror, this.session.beside, this.labels, x, y, reach);
+  pickInPlane(event) {
+    const [x, y] = this.camera.pointAt(event.offsetX, event.offsetY);
+    const radius = (PICK_RADIUS[event.pointerType] ?? PICK_RADIUS.mouse) / this.camera.scale;
+    return pickCycle(this.session.mirror, this.session.annotations, this.tracksByLabel, x, y, radius);
   }
 
-  hover(hit) {
-    this.hovered = hit;
-    this.mark();
+  hover(pick) {
+    this.hovered = pick;
+    this.requestDraw();
   }
 
-  pin(hit) {
-    this.pinned = hit;
-    if (!hit) this.hovered = null;
-    this.mark();
+  pin(pick) {
+    this.pinned = pick;
+    if (!pick) this.hovered = null;
+    this.requestDraw();
   }
 
-  /** Means the next living track, the most persistent first. */
+  /** Pins the next living track in the order of persistence. */
   pinNext(by) {
-    const alive = [...this.session.beside.alive].sort((a, b) => b.death - b.birth - (a.death - a.birth) || a.id - b.id);
+    const alive = [...this.session.annotations.alive];
+    alive.sort((a, b) => b.death - b.birth - (a.death - a.birth) || a.id - b.id);
     if (alive.length === 0) return;
-    const at = alive.findIndex((track) => isMeant(this.pinned, track.id));
-    const { id, birth, death } =
-      alive[at < 0 ? (by > 0 ? 0 : alive.length - 1) : (at + by + alive.length) % alive.length];
+    const at = alive.findIndex((track) => isPicked(this.pinned, track.id));
+    const first = by > 0 ? 0 : alive.length - 1;
+    const { id, birth, death } = alive[at < 0 ? first : (at + by + alive.length) % alive.length];
     this.pin({ track: id, birth, death });
   }
 
   fit() {
-    this.plane.bounds.clear();
+    this.renderer.bounds.clear();
     this.camera.fit();
   }
 
-  changed(what) {
+  onChange(what) {
     if (what === "stream") {
       this.fit();
       this.pin(null);
@@ -129,88 +132,89 @@ class Page {
     if (what === "streams" || what === "stream") this.controls.showStreams();
     if (what === "status") return this.showStatus();
     if (what === "frame") this.countFrames();
-    this.mark();
+    this.requestDraw();
   }
 
-  /** Frames that were followed, whether or not there was time to draw each. */
+  /** Counts frames that were received, also those that were not drawn. */
   countFrames() {
-    const { framesSeen } = this.session;
-    for (; this.counted < framesSeen; this.counted++) this.frames.add();
+    const { framesReceived } = this.session;
+    for (; this.counted < framesReceived; this.counted++) this.followed.add();
   }
 
-  /** Something has changed: draws before the next screen frame for which there is time. */
-  mark() {
-    if (this.waiting || document.hidden) return;
-    this.waiting = true;
-    requestAnimationFrame(() => this.drawInTime());
+  /** Draws before the next screen frame for which there is time. */
+  requestDraw() {
+    if (this.isRequested || document.hidden) return;
+    this.isRequested = true;
+    requestAnimationFrame(() => this.drawIfTime());
   }
 
-  /** Draws, unless the drawings before took so long that following comes first, or are not even done. */
-  drawInTime() {
+  /** Draws, or tries again later while the last drawing is pending or has not been followed by as long a pause. */
+  drawIfTime() {
     const start = performance.now();
-    if (start < this.restsUntil) return void setTimeout(() => this.again(), this.restsUntil - start);
-    if (this.plane.isBusy) return this.again();
-    this.waiting = false;
+    if (start < this.nextDrawAt) return void setTimeout(() => this.retry(), this.nextDrawAt - start);
+    if (this.renderer.isBusy) return this.retry();
+    this.isRequested = false;
     this.draw();
     const end = performance.now();
-    this.restsUntil = 2 * end - start;
+    this.nextDrawAt = 2 * end - start;
   }
 
-  again() {
-    requestAnimationFrame(() => this.drawInTime());
+  retry() {
+    requestAnimationFrame(() => this.drawIfTime());
   }
 
   draw() {
-    const { mirror, beside } = this.session;
+    const { mirror, annotations } = this.session;
     if (mirror.frame && mirror.frame !== this.drawn) this.drawings.add();
     this.drawn = mirror.frame;
-    this.labels.take(beside.alive);
-    this.plane.draw(mirror, beside, this.meant);
+    this.tracksByLabel.update(annotations.alive);
+    this.renderer.draw(mirror, annotations, this.pick);
     const now = performance.now();
-    const isUrgent = this.meant !== this.meantThen;
-    if (!isUrgent && now - this.slowlyAt < SLOWLY) return this.later(SLOWLY - (now - this.slowlyAt));
-    [this.slowlyAt, this.meantThen] = [now, this.meant];
-    this.drawBeside();
+    const isUrgent = this.pick !== this.panelsPick;
+    const left = PANEL_INTERVAL - (now - this.panelsDrawnAt);
+    if (!isUrgent && left > 0) return this.drawAfter(left);
+    [this.panelsDrawnAt, this.panelsPick] = [now, this.pick];
+    this.drawPanels();
   }
 
-  /** Draws the small pictures, and says how things stand. */
-  drawBeside() {
-    const { mirror, beside, tracks, history } = this.session;
+  /** Draws the panels, and shows the status. */
+  drawPanels() {
+    const { mirror, annotations, tracks, history } = this.session;
     const { frame } = mirror;
-    this.diagram.draw(frame, beside.dots, this.meant);
+    this.diagram.draw(frame, annotations.dots, this.pick);
     const newest = history.steps[history.steps.length - 1]?.frame.number ?? 0;
-    this.lives.draw(tracks.lifelines, Number(newest), frame ? Number(frame.number) : 0, this.meant);
-    this.controls.takeLargest(this.diagram.largest || 1);
+    this.timeline.draw(tracks.lifetimes, Number(newest), frame ? Number(frame.number) : 0, this.pick);
+    this.controls.setLargest(this.diagram.largest || 1);
     this.showStatus();
-    showCycle(this.meant, beside.byId);
+    showCycle(this.pick, annotations.byId);
   }
 
-  /** Says how things stand; no picture changes by that. */
+  /** Shows the status, which needs no drawing. */
   showStatus() {
     this.controls.show();
-    showStatus(this.session, this.frames.value, this.drawings.value);
+    showStatus(this.session, this.followed.value, this.drawings.value);
   }
 
-  /** Draws again after a while, so that the last frame of all is shown in every picture. */
-  later(pause) {
+  /** Draws again after a pause, so that every panel shows the last frame in the end. */
+  drawAfter(pause) {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.mark(), pause);
+    this.timer = setTimeout(() => this.requestDraw(), pause);
   }
 
-  /** What tests may know. */
+  /** The state for tests. */
   state() {
-    const { seen } = this.plane;
-    const { connection, mirror, beside, choice, paused, history, resyncs } = this.session;
+    const { visibleFrame } = this.renderer;
+    const { connection, mirror, annotations, choice, paused, history, resyncs } = this.session;
     return {
       connected: connection.state === "connected",
       stream: choice.stream,
       frame: mirror.frame ? Number(mirror.frame.number) : null,
-      seen: seen ? Number(seen.number) : null,
+      seen: visibleFrame ? Number(visibleFrame.number) : null,
       points: mirror.frame ? Number(mirror.frame.points) : 0,
       edges: mirror.edges.count,
       critical: mirror.critical.count,
-      tracks: beside.alive.length,
-      fps: this.frames.value,
+      tracks: annotations.alive.length,
+      fps: this.followed.value,
       drawn: this.drawings.value,
       lag: connection.lag,
       view: mirror.frame?.view ?? null,
@@ -218,12 +222,11 @@ class Page {
       back: history.before,
       resyncs,
       vertices: mirror.vertices.count,
-      frames: this.session.framesSeen,
+      frames: this.session.framesReceived,
     };
   }
 }
 
 const page = new Page();
-/** For tests. */
 window.hopes = { state: () => page.state() };
 page.start();

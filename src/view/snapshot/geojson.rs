@@ -1,15 +1,18 @@
 //! A snapshot as GeoJSON (RFC 7946).
 //!
-//! In: a snapshot. Out: a FeatureCollection as `hopes compute --format geojson` writes it, without the holes, which a
-//! snapshot does not have: the vertices as one MultiPoint, the tree as one MultiLineString, every critical edge as a
-//! LineString with its label. Must not know: streams.
+//! In: a snapshot.
+//! Out: a FeatureCollection as `hopes compute --format geojson` writes it, without the holes, which a snapshot does not
+//! have: the vertices as one MultiPoint, the tree as one MultiLineString, each critical edge as a LineString with its
+//! label.
+//! Invariants: an edge whose vertices the snapshot lacks is left out.
+//! Must not know: streams.
 
 use hopes_protocol::Snapshot;
 use serde_json::{Value, json};
 
-use super::{place, segment};
+use super::{position, segment};
 
-/// The collection, one feature a line.
+/// The collection, one feature on a line.
 pub fn write(snapshot: &Snapshot) -> serde_json::Result<Vec<u8>> {
     let mut out = b"{\"type\":\"FeatureCollection\",\"features\":[\n".to_vec();
     let mut separator: &[u8] = b"";
@@ -23,7 +26,7 @@ pub fn write(snapshot: &Snapshot) -> serde_json::Result<Vec<u8>> {
 }
 
 fn features(snapshot: &Snapshot) -> impl Iterator<Item = Value> {
-    let vertices: Vec<_> = snapshot.vertices.iter().filter_map(|&(id, ..)| place(snapshot, id)).collect();
+    let vertices: Vec<_> = snapshot.vertices.iter().filter_map(|&(id, ..)| position(snapshot, id)).collect();
     let tree: Vec<_> = snapshot.edges.iter().filter_map(|&(a, b)| segment(snapshot, a, b)).collect();
     let components = snapshot.frame.components;
     let whole = [

@@ -1,0 +1,199 @@
+//! The plane without a graphics card: the same picture, drawn by the processor.
+//!
+//! In: a mirror and its annotations, a camera, the picked cycle.
+//! Out: pixels.
+//! Invariants: numerous elements are drawn into a raster without antialiasing; cycles are drawn with antialiasing. A
+//! drawn walk has no more corners than pixels.
+//! Must not know: sockets, messages.
+
+import { Bounds } from "./bounds.js";
+import { colorOf, palette } from "./colors.js";
+import { forChangedRanges, writeEdgeIndices } from "./indices.js";
+import { Raster, packColor } from "./raster.js";
+import { fillOpacity, filledHoles, forCriticalEdges, outlinesOf, pointSize } from "./styles.js";
+
+/** The coordinates of free slots: outside of every view. */
+const OUTSIDE = -1e9;
+
+export class SoftwareRenderer {
+  /**
+   * @param {HTMLCanvasElement} canvas @param {import("./camera.js").Camera} camera
+   * @param {import("./picking.js").TracksByLabel} tracksByLabel
+   */
+  constructor(canvas, camera, tracksByLabel) {
+    this.canvas = canvas;
+    this.camera = camera;
+    this.tracksByLabel = tracksByLabel;
+    this.bounds = new Bounds();
+    /** The frame on the screen, or null. */
+    this.visibleFrame = null;
+    this.raster = new Raster();
+    /** The canvas through which the raster is blended into the picture. */
+    this.layer = document.createElement("canvas");
+    /** The position of each vertex in pixels. */
+    this.positions = new Float64Array(0);
+    /** The slots of each edge's ends. */
+    this.edgeIndices = new Int32Array(0);
+    // The option keeps the pixels, which the processor draws, in main memory.
+    [this.context, this.layerContext] = [canvas, this.layer].map((one) =>
+      one.getContext("2d", { willReadFrequently: true }),
+    );
+  }
+
+  /** Draws a frame. @param {import("./mirror.js").Mirror} mirror */
+  draw(mirror, annotations, pick) {
+    const box = this.bounds.update(mirror.vertices);
+    if (box) this.camera.follow(box);
+    this.begin();
+    this.project(mirror.vertices);
+    this.updateEdgeIndices(mirror);
+    this.fillHoles(mirror, annotations, pick);
+    this.drawTree(mirror);
+    const thick = this.drawThinCritical(mirror, pick);
+    this.drawRaster();
+    this.drawOutlines(mirror, annotations, pick);
+    for (const edge of thick) this.drawThickCritical(edge);
+    this.visibleFrame = mirror.frame;
+  }
+
+  /** Drawing is synchronous. */
+  get isBusy() {
+    return false;
+  }
+
+  begin() {
+    const { canvas, context } = this;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    context.clearRect(0, 0, width, height);
+    context.lineJoin = "round";
+    if (!this.raster.reset(width, height)) return;
+    [this.layer.width, this.layer.height] = [width, height];
+    const pixels = new Uint8ClampedArray(this.raster.words.buffer);
+    this.image = pixels.length > 0 ? new ImageData(pixels, width, height) : null;
+  }
+
+  /** Blends the raster into the picture. */
+  drawRaster() {
+    if (!this.image) return;
+    this.layerContext.putImageData(this.image, 0, 0);
+    this.context.drawImage(this.layer, 0, 0);
+  }
+
+  /** Computes the positions of vertices. */
+  project({ rows, end, hashes }) {
+    if (this.positions.length < hashes.length) this.positions = new Float64Array(hashes.length);
+    const { positions, camera, canvas } = this;
+    const { scale } = camera;
+    const [left, top] = [canvas.clientWidth / 2 - camera.x * scale, canvas.clientHeight / 2 + camera.y * scale];
+    for (let slot = 0; slot < end; slot++) {
+      const isFree = rows[3 * slot] < 0;
+      positions[2 * slot] = isFree ? OUTSIDE : left + rows[3 * slot + 1] * scale;
+      positions[2 * slot + 1] = isFree ? OUTSIDE : top - rows[3 * slot + 2] * scale;
+    }
+  }
+
+  /** Updates the slots of edges that changed. */
+  updateEdgeIndices({ vertices, edges }) {
+    if (this.edgeIndices.length < edges.hashes.length) {
+      this.edgeIndices = new Int32Array(edges.hashes.length);
+      edges.changed.fill(1);
+    }
+    forChangedRanges(edges, (from, end) => {
+      for (let slot = from; slot < end; slot++) writeEdgeIndices(vertices, edges, slot, this.edgeIndices);
+    });
+  }
+
+  /** Draws tree edges and points. */
+  drawTree({ vertices, edges }) {
+    const { raster, positions, edgeIndices } = this;
+    const edge = packColor(palette.edge.rgb, 0.85);
+    for (let at = 0; at < 2 * edges.end; at += 2) {
+      const [from, to] = [2 * edgeIndices[at], 2 * edgeIndices[at + 1]];
+      if (from !== to) raster.line(positions[from], positions[from + 1], positions[to], positions[to + 1], edge);
+    }
+    raster.setDotSize(pointSize(this.bounds.spacing(vertices.count) * this.camera.scale));
+    const point = packColor(palette.point.rgb, 0.9);
+    for (let at = 0; at < 2 * vertices.end; at += 2) raster.dot(positions[at], positions[at + 1], point);
+  }
+
+  /** Draws the thin critical edges. Returns the thick ones. */
+  drawThinCritical({ vertices, critical }, pick) {
+    const { raster, positions } = this;
+    const thick = [];
+    forCriticalEdges(critical, this.tracksByLabel, pick, (a, b, color, alpha, width) => {
+      const [from, to] = [2 * vertices.find(a), 2 * vertices.find(b)];
+      if (from < 0 || to < 0) return;
+      if (width > 1) return void thick.push({ from, to, color, width });
+      const packed = packColor(color.rgb, alpha);
+      raster.line(positions[from], positions[from + 1], positions[to], positions[to + 1], packed);
+    });
+    return thick;
+  }
+
+  drawThickCritical({ from, to, color, width }) {
+    const { context, positions } = this;
+    context.beginPath();
+    context.moveTo(positions[from], positions[from + 1]);
+    context.lineTo(positions[to], positions[to + 1]);
+    this.stroke(color, 1, width);
+  }
+
+  stroke(color, alpha, width) {
+    const { context } = this;
+    context.globalAlpha = alpha;
+    context.strokeStyle = color.css;
+    context.lineWidth = 2 * width;
+    context.stroke();
+    context.globalAlpha = 1;
+  }
+
+  /** Fills what is inside an odd number of a hole's walks. */
+  fillHoles(mirror, annotations, pick) {
+    const { context } = this;
+    for (const track of filledHoles(mirror, annotations)) {
+      context.beginPath();
+      for (const walk of annotations.cycles.get(track.id)) this.trace(mirror.vertices, walk);
+      context.globalAlpha = fillOpacity(track, pick);
+      context.fillStyle = colorOf(track.id).css;
+      context.fill("evenodd");
+    }
+    context.globalAlpha = 1;
+  }
+
+  drawOutlines(mirror, annotations, pick) {
+    const { context } = this;
+    for (const { track, walk, color, alpha, width } of outlinesOf(mirror, annotations, pick)) {
+      context.beginPath();
+      if (walk) this.trace(mirror.vertices, walk);
+      else this.circle(track);
+      this.stroke(color, alpha, width);
+    }
+  }
+
+  circle({ center: [x, y], radius }) {
+    const { camera, canvas, context } = this;
+    const [left, top] = [canvas.clientWidth / 2, canvas.clientHeight / 2];
+    context.arc(left + (x - camera.x) * camera.scale, top - (y - camera.y) * camera.scale, radius * camera.scale, 0, 7);
+  }
+
+  /** Adds a walk to the path, without corners closer than a pixel. A walk with an unknown vertex is left out. */
+  trace(vertices, walk) {
+    const { positions, context } = this;
+    const path = [];
+    let [left, top] = [Infinity, Infinity];
+    for (const id of walk) {
+      const at = 2 * vertices.find(id);
+      if (at < 0) return;
+      const [x, y] = [positions[at], positions[at + 1]];
+      if (Math.abs(x - left) + Math.abs(y - top) < 1) continue;
+      path.push(x, y);
+      [left, top] = [x, y];
+    }
+    for (let i = 0; i < path.length; i += 2) {
+      if (i === 0) context.moveTo(path[0], path[1]);
+      else context.lineTo(path[i], path[i + 1]);
+    }
+    if (path.length > 0) context.closePath();
+  }
+}

@@ -1,0 +1,64 @@
+//! Styles of cycles, shared by both renderers: which are drawn, in which order, and how.
+//!
+//! In: a mirror and its annotations, the picked cycle.
+//! Out: holes, outlines and critical edges with colours, opacities, and half their widths in pixels.
+//! Invariants: a track has one colour everywhere.
+//! Must not know: cameras, canvases.
+
+import { colorOf, palette } from "./colors.js";
+import { isPicked } from "./picking.js";
+
+/** Holes that are filled at the most. */
+const MAX_HOLES = 1500;
+/** Up to so many critical edges are all drawn thick. */
+const MAX_THICK = 200;
+/** Corners of the polygon that is drawn for a circle. */
+export const CORNERS = 48;
+
+/** The diameter of a point, for a mean spacing of points in pixels. */
+export const pointSize = (spacing) => Math.min(4.5, Math.max(1.25, 0.35 * spacing));
+
+/** The tracks whose holes are filled, the largest first: none in a simplified view, which lacks most vertices. */
+export function filledHoles({ frame }, { alive, cycles }) {
+  if (!frame || frame.view.simplify !== "No") return [];
+  return alive
+    .filter((track) => cycles.get(track.id)?.length)
+    .sort((a, b) => b.area - a.area)
+    .slice(0, MAX_HOLES);
+}
+
+/** The opacity of a filled hole. */
+export const fillOpacity = (track, pick) => (isPicked(pick, track.id) ? 0.5 : track.selected ? 0.26 : 0.1);
+
+/** The outlines of holes: walks, or circles in a simplified view, which lacks most vertices of walks. */
+export function outlinesOf({ frame }, { alive, cycles }, pick) {
+  const style = (track) => {
+    const [alpha, width] = isPicked(pick, track.id) ? [1, 1.3] : [track.selected ? 0.8 : 0.3, 0.65];
+    return { track, color: colorOf(track.id), alpha, width };
+  };
+  if (frame && frame.view.simplify !== "No") {
+    return alive.map((track) => ({ ...style(track), walk: null, length: CORNERS }));
+  }
+  return alive.flatMap((track) =>
+    (cycles.get(track.id) ?? []).map((walk) => ({ ...style(track), walk, length: walk.length })),
+  );
+}
+
+/**
+ * Calls `draw` for each critical edge. Those of tracks are thick. The others, where there are many, are thin, and pale
+ * if their persistence is small.
+ */
+export function forCriticalEdges({ rows, end, count }, tracksByLabel, pick, draw) {
+  let largest = 0;
+  for (let at = 0; at < 4 * end; at += 4) if (rows[at] >= 0) largest = Math.max(largest, rows[at + 3] - rows[at + 2]);
+  for (let at = 0; at < 4 * end; at += 4) {
+    if (rows[at] < 0) continue;
+    const [birth, death] = [rows[at + 2], rows[at + 3]];
+    const track = tracksByLabel.find(birth, death);
+    const color = track ? colorOf(track.id) : palette.critical;
+    const isThick = track !== null || count <= MAX_THICK;
+    const alpha = isThick ? 1 : 0.25 + 0.75 * Math.sqrt((death - birth) / largest || 0);
+    const width = isPicked(pick, track?.id ?? null, birth, death) ? 2.4 : isThick ? 1.4 : 0.6;
+    draw(rows[at], rows[at + 1], color, alpha, width);
+  }
+}
