@@ -147,21 +147,18 @@ impl Pipeline {
     ///
     /// ```
     /// use std::sync::{Arc, Mutex};
-    /// use std::time::Instant;
     ///
     /// use hopes::topology::{Options, Pipeline, Stage};
     ///
     /// let mut pipeline = Pipeline::new(Options::default());
-    /// let began = Arc::new(Mutex::new(Vec::new()));
-    /// let log = Arc::clone(&began);
-    /// pipeline.set_stage_listener(move |stage| log.lock().unwrap().push((stage, Instant::now())));
+    /// let seen = Arc::new(Mutex::new(Vec::new()));
+    /// let log = Arc::clone(&seen);
+    /// // A caller with a clock notes the time beside the stage.
+    /// pipeline.set_stage_listener(move |stage| log.lock().unwrap().push(stage));
     /// pipeline.feed_points(&[[0.0, 0.0], [2.0, 0.0], [1.0, 1.5]], None);
     /// pipeline.commit(None);
     /// pipeline.poll_frame();
-    /// let began = began.lock().unwrap();
-    /// let [(first, start), (_, middle), (last, end)] = began[..] else { panic!("three stages") };
-    /// assert_eq!((first, last), (Stage::Triangulation, Stage::Done));
-    /// println!("triangulation {:?}, reduction {:?}", middle - start, end - middle);
+    /// assert_eq!(*seen.lock().unwrap(), [Stage::Triangulation, Stage::Reduction, Stage::Done]);
     /// ```
     pub fn set_stage_listener(&mut self, listener: impl Fn(Stage) + Send + Sync + 'static) {
         self.stages = StageHook::new(listener);

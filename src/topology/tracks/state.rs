@@ -80,7 +80,7 @@ impl<R: HoleRegion> TrackState<R> {
     }
 
     /// Whether it is announced and was detected in the newest frame.
-    pub fn is_there(&self) -> bool {
+    pub fn is_detected(&self) -> bool {
         self.is_announced && self.missed == 0
     }
 
@@ -135,7 +135,7 @@ impl<R: HoleRegion> TrackState<R> {
     }
 
     /// What has changed since it was last reported.
-    pub fn update(&self, delta: f64) -> Option<Changed> {
+    pub fn changed(&self, delta: f64) -> Option<Changed> {
         let (now, reported) = (&self.track, &self.reported);
         let is_more = |a: f64, b: f64| (a - b).abs() > delta;
         let [[x, y], [old_x, old_y]] = [now.hole.center, reported.hole.center];
@@ -154,14 +154,14 @@ impl<R: HoleRegion> TrackState<R> {
     }
 
     /// Records an event that is reported. Returns whether the track takes `id` because it begins.
-    pub fn record(&mut self, happening: EventKind, id: TrackId) -> bool {
-        match happening {
+    pub fn record(&mut self, kind: EventKind, id: TrackId) -> bool {
+        match kind {
             EventKind::Born | EventKind::Split { .. } => (self.is_announced, self.track.id) = (true, id),
             EventKind::Unselected => (self.track.is_selected, self.selection_streak) = (false, 0),
             EventKind::Reselected => (self.track.is_selected, self.selection_streak) = (true, 0),
             EventKind::Updated(_) | EventKind::Merged { .. } | EventKind::Died => {}
         }
         self.reported = self.track;
-        matches!(happening, EventKind::Born | EventKind::Split { .. })
+        matches!(kind, EventKind::Born | EventKind::Split { .. })
     }
 }

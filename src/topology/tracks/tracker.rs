@@ -125,7 +125,7 @@ impl<R: HoleRegion> Tracker<R> {
     /// several frames suffices.
     fn refresh_regions(&mut self, find_region: &mut impl FnMut(&Detection) -> R) {
         let frame = self.frame;
-        let is_due = |state: &&mut TrackState<R>| state.is_there() && state.region_frame < frame;
+        let is_due = |state: &&mut TrackState<R>| state.is_detected() && state.region_frame < frame;
         let mut due: Vec<&mut TrackState<R>> = self.states.iter_mut().filter(is_due).collect();
         due.sort_unstable_by_key(|state| (state.region_frame, state.key));
         self.region_budget += REGION_VERTICES;
@@ -149,10 +149,10 @@ impl<R: HoleRegion> Tracker<R> {
         let is_near = |state: &&mut TrackState<R>| {
             let is_small = hole.radius < SUBSTANTIAL * state.track.hole.radius;
             let is_near = state.region.is_near(point) || state.region.is_near(back(point, state.shift()));
-            state.is_there() && !is_small && is_near
+            state.is_detected() && !is_small && is_near
         };
         self.states.iter_mut().filter(is_near).for_each(|state| state.refresh_region(frame, find_region));
-        smallest(self.states.iter().filter(|state| state.is_there() && held(&state.region, state.shift(), point)))
+        smallest(self.states.iter().filter(|state| state.is_detected() && held(&state.region, state.shift(), point)))
     }
 
     /// The events of a frame, in order of track ids.
@@ -170,8 +170,8 @@ impl<R: HoleRegion> Tracker<R> {
                 ended.push(state.key);
                 let heir = self.current_holder(hole, find_region);
                 kinds.push(self.id_of(heir).map_or(EventKind::Died, |into| EventKind::Merged { into }));
-            } else if state.is_there() {
-                kinds.extend(state.update(delta).map(EventKind::Updated));
+            } else if state.is_detected() {
+                kinds.extend(state.changed(delta).map(EventKind::Updated));
                 kinds.extend(state.selection_change(confirm, miss));
             } else if !state.is_announced && at.number - state.first_seen + 1 >= u64::from(confirm.get()) {
                 let parent = self.id_of(parent);
@@ -194,7 +194,7 @@ impl<R: HoleRegion> Tracker<R> {
 
     /// The id of a track that is detected.
     fn id_of(&self, key: Option<u64>) -> Option<TrackId> {
-        self.states.iter().find(|state| Some(state.key) == key && state.is_there()).map(|state| state.track.id)
+        self.states.iter().find(|state| Some(state.key) == key && state.is_detected()).map(|state| state.track.id)
     }
 }
 

@@ -138,7 +138,7 @@ impl Tiles {
         updates.clear();
         for vertex in old.vertices() {
             to_read.extend(std::iter::from_fn(|| coming.next_if(|arrival| arrival < &vertex)));
-            let update = self.update(vertex.1, *tile);
+            let update = self.star_update(vertex.1, *tile);
             updates.push(update);
             if update == StarUpdate::Read {
                 to_read.push(vertex);
@@ -161,7 +161,7 @@ impl Tiles {
     }
 
     /// What to do with the star of a vertex in a leaf.
-    fn update(&self, slot: Slot, leaf: TileId) -> StarUpdate {
+    fn star_update(&self, slot: Slot, leaf: TileId) -> StarUpdate {
         let StarPlace { leaf_id, read_in } = self.star_places[slot as usize];
         if leaf_id != leaf {
             StarUpdate::Drop
