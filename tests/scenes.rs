@@ -362,15 +362,15 @@ fn options_beyond_their_range_are_refused_with_the_range() {
     let usual = Options::default();
     for noise in [-0.1, 0.31, f64::NAN, f64::INFINITY] {
         let error = refused(Options { noise, ..usual });
-        assert!(matches!(error, OptionError::Noise(_)) && error.to_string().contains("take 0 to 0.3"), "{error}");
+        assert!(matches!(error, OptionError::Noise(_)) && error.to_string().contains("must be 0 to 0.3"), "{error}");
     }
     for churn in [0.0, 0.009, 1.1, f64::NAN] {
         let error = refused(Options { churn, ..usual });
-        assert!(matches!(error, OptionError::Churn(_)) && error.to_string().contains("take 0.01 to 1"), "{error}");
+        assert!(matches!(error, OptionError::Churn(_)) && error.to_string().contains("must be 0.01 to 1"), "{error}");
     }
     for points_per_radius in [0, 1, 10_001, u32::MAX] {
         let error = refused(Options { points_per_radius, ..usual });
-        let words = "take 2 to 10000";
+        let words = "must be 2 to 10000";
         assert!(matches!(error, OptionError::PointsPerRadius(_)) && error.to_string().contains(words), "{error}");
     }
 }

@@ -30,7 +30,7 @@ pub struct Welcome {
     pub largest_batch: u32,
     /// The longest time between two messages on a subscription, in milliseconds.
     pub heartbeat_ms: u32,
-    /// A peer that sends nothing for so many milliseconds is disconnected.
+    /// A peer that sends nothing for this number of milliseconds is disconnected.
     pub timeout_ms: u32,
 }
 

@@ -24,11 +24,11 @@ pub fn is_pattern(pattern: &str) -> bool {
 pub enum Window {
     /// All points.
     All,
-    /// The newest points, at most so many.
+    /// The newest points, up to this number.
     Points(u64),
-    /// The points of the last so many frames.
+    /// The points of this number of newest frames.
     Frames(u64),
-    /// The points of the last so much event time.
+    /// The points of this span of newest event time.
     Time(f64),
 }
 
@@ -68,7 +68,7 @@ pub struct View {
 pub enum DotsWanted {
     /// None.
     No,
-    /// The most persistent ones, at most so many.
+    /// The most persistent ones, up to this number.
     Top(u32),
     /// All.
     All,

@@ -152,22 +152,22 @@ fn fingerprint(version: u16, sources: &[(u16, &str)]) -> u64 {
 
 #[test]
 fn the_wire_types_of_each_version_have_not_changed() {
-    let said: Vec<&str> = SPEC.lines().filter(|line| line.starts_with("Fingerprint")).collect();
-    assert_eq!(said.len(), VERSIONS.len(), "SPEC.md has a fingerprint for each version");
-    for (version, said) in VERSIONS.into_iter().zip(said) {
+    let lines: Vec<&str> = SPEC.lines().filter(|line| line.starts_with("Fingerprint")).collect();
+    assert_eq!(lines.len(), VERSIONS.len(), "SPEC.md has a fingerprint for each version");
+    for (version, line) in VERSIONS.into_iter().zip(lines) {
         let fingerprint = fingerprint(version, &SOURCES);
         let found = format!("Fingerprint of the wire types of version {version}: `{fingerprint:016x}`.");
         assert!(
-            said == found,
+            line == found,
             "\nThe definitions of the wire types are not those of version {version}.\n\
-             If it is released, undo the change: a released version is never changed. What is new belongs to a new version: a number in \
-             src/banner.rs, a source of types and rows with `since` in src/message.rs, a section in SPEC.md, a folder of vectors, and a \
-             fingerprint of its own here.\n\
-             If it is not released yet, or only the Rust name of something has changed that is on no wire: say so in SPEC.md, \
-             and let this line there be\n\n{found}\n"
+             If it is released, undo the change: a released version never changes. New definitions belong to a new \
+             version: a number in src/banner.rs, a source of types and rows with `since` in src/message.rs, a section \
+             in SPEC.md, a folder of vectors, and a fingerprint in this test.\n\
+             If it is not released yet, or only a Rust name has changed that is not on the wire, then explain it in \
+             SPEC.md and replace the line there by\n\n{found}\n"
         );
     }
-    assert_eq!(VERSIONS.last(), Some(&VERSION), "the newest one is held as well");
+    assert_eq!(VERSIONS.last(), Some(&VERSION), "the newest version is checked too");
 }
 
 /// Released: this number must never change.

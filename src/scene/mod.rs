@@ -56,7 +56,7 @@ pub struct Options {
     /// Each point lies uniformly in a disc around its position on the wall. This is the disc's radius as a share of the
     /// hole's radius: 0 to 0.3.
     pub noise: f64,
-    /// The share of each wall's points that is drawn anew in every frame: 0.01 to 1.
+    /// The share of each wall's points that is drawn again in every frame: 0.01 to 1.
     pub churn: f64,
     /// Whether points come in random order instead of along the walls.
     pub shuffle: bool,
@@ -78,7 +78,7 @@ pub enum OptionError {
     #[error("a noise of {0}: it must be 0 to 0.3 of a radius, so that holes stay open")]
     Noise(f64),
     /// [`Options::churn`].
-    #[error("a churn of {0}: the share of points that are drawn anew must be 0.01 to 1")]
+    #[error("a churn of {0}: the share of points that are drawn again must be 0.01 to 1")]
     Churn(f64),
 }
 

@@ -1,9 +1,9 @@
-//! The points of one wall: their positions on it, their noise, and which are drawn anew.
+//! The points of one wall: their positions on it, their noise, and which are drawn again.
 //!
 //! In: form, density and noise; for every frame a [`Pose`]. Out: the visible points.
 //!
 //! Invariants: the wall is divided into pieces of equal length. Each has one point at a random position, so the density
-//! stays the same however many points are drawn anew. A point that is not drawn anew keeps its position on the wall and
+//! stays the same however many points are drawn again. A point that is not drawn again keeps its position on the wall and
 //! its noise, and moves with the wall.
 //!
 //! Must not know: other walls, holes, time.
@@ -125,7 +125,7 @@ pub struct Wall {
     random: Random,
     /// The radius of the noise, relative to the wall's radius.
     noise: f64,
-    /// The fraction of a point that is still to be drawn anew.
+    /// The fraction of a point that is still to be drawn again.
     due: f64,
     /// The indices of the samples, in any order.
     numbers: Vec<u32>,
@@ -139,7 +139,7 @@ impl Wall {
         Self { form, samples, random, noise, due: 0.0, numbers: (0..count).collect() }
     }
 
-    /// Draws a share of the points anew.
+    /// Draws a share of the points again.
     pub fn churn(&mut self, share: f64) {
         let due = self.due + share * self.samples.len() as f64;
         self.due = due - due.floor();
