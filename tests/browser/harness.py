@@ -161,9 +161,9 @@ class Producer:
     def make(self, frames: int) -> int:
         """Makes so many frames with a producer of rate 0. Returns the number of the last one."""
         assert self._process.stdin is not None
+        wanted = self.newest + frames
         self._process.stdin.write(frames * "\n")
         self._process.stdin.flush()
-        wanted = self.newest + frames
         self.wait_for(wanted)
         return wanted
 

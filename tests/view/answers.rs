@@ -185,8 +185,8 @@ fn sample(text: &str, name: &str) -> f64 {
 #[test]
 fn frame_times_are_histograms_of_each_stream() {
     let page = Page::start("");
-    let _consumer = page.daemon.consumer("cam", FULL);
     let mut producer = page.daemon.producer("cam");
+    let _consumer = page.daemon.consumer("cam", FULL);
     for frame in 1..=5 {
         producer.frame(&[(f64::from(frame), 0.0), (0.0, f64::from(frame))]);
     }

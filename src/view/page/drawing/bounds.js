@@ -39,7 +39,7 @@ export class Bounds {
   }
 }
 
-/** @param {import("./elements.js").Elements} vertices @returns {Box} */
+/** @param {import("../session/elements.js").Elements} vertices @returns {Box} */
 function boxAround({ rows, end }) {
   let [left, bottom, right, top] = [Infinity, Infinity, -Infinity, -Infinity];
   for (let at = 0; at < 3 * end; at += 3) {

@@ -40,7 +40,7 @@ export class SoftwareRenderer {
     );
   }
 
-  /** Draws a frame. @param {import("./mirror.js").Mirror} mirror */
+  /** Draws a frame. @param {import("../session/mirror.js").Mirror} mirror */
   draw(mirror, annotations, pick) {
     const box = this.bounds.update(mirror.vertices);
     if (box) this.camera.follow(box);

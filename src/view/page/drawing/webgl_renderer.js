@@ -61,7 +61,7 @@ export class WebglRenderer {
     return array;
   }
 
-  /** Draws a frame. @param {import("./mirror.js").Mirror} mirror */
+  /** Draws a frame. @param {import("../session/mirror.js").Mirror} mirror */
   draw(mirror, annotations, pick) {
     const { gl } = this;
     if (gl.isContextLost()) return;
