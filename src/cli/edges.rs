@@ -1,31 +1,31 @@
 //! `hopes edges`: the edges of pictures and video, as points.
 //!
-//! In: options; pictures, or video. Out: a batch and a commit for each picture or frame, to stdout, a file or a daemon.
-//! Two threads: one decodes and finds edges, the other writes or [sends](super::delivery). Invariants: whoever takes
-//! points slowly slows the reading, and a bounded number of frames is under way; a frame that was begun is finished on
-//! a signal. Must not know: how edges are found.
+//! In: options; pictures, or video.
+//! Out: a batch and a commit for each picture or frame, to stdout, a file or a daemon.
+//! Invariants: a frame that was begun is finished when a signal comes.
+//! Must not know: how edges are found, how points are written.
 
-use std::fs::File;
-use std::io::{self, BufWriter, IsTerminal, Write};
+mod finding;
+
+use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::sync::mpsc::sync_channel;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use hopes::edges::{Detector, Options};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
-use super::Failure;
 use super::args::{name, number, rate, window};
+use super::{Failure, files, progress};
 use crate::client::delivery::Delivery;
 use crate::client::pace::Pace;
-use crate::daemon::{Address, Batch, Input, InputErrors, Stop};
-use crate::formats::images::files;
+use crate::daemon::{Address, Input, InputErrors, Stop};
+use crate::formats::images::files::{STDIN, listed};
 use crate::formats::images::finder::{Finder, Found, InputForm};
 use crate::formats::images::video::{Range, Size};
 use crate::formats::point_writer::{PointForm, PointWriter};
+use finding::{WAITING, forward, next, start, wait_for};
 
 /// Find the edges of pictures and video, as points.
 ///
@@ -106,31 +106,23 @@ enum RangeArg {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Part([u32; 4]);
 
-/// Frames that may wait.
-const WAITING: usize = 2;
-
-/// How long anything is waited for before it is seen whether a signal has come.
-const MOMENT: Duration = Duration::from_millis(50);
-
 impl Edges {
     pub fn run(self) -> Result<(), Failure> {
         self.check()?;
-        let files = files::listed(&self.inputs)?;
+        let inputs = listed(&self.inputs)?;
         let finder = self.finder()?;
-        let progress = self.progress(&files);
+        let progress = self.progress(&inputs);
         match (&self.to, self.output.as_deref()) {
-            (Some(to), _) => self.send(to, finder, files, &progress),
-            (None, Some(path)) if path != Path::new(files::STDIN) => {
-                let name = path.display().to_string();
-                let file = File::create(path).with_context(|| format!("cannot write {name}"))?;
-                self.write(finder, files, &progress, file, &name)
+            (Some(to), _) => self.send(to, finder, inputs, &progress),
+            (None, Some(path)) if !files::is_pipe(path) => {
+                self.write(finder, inputs, &progress, files::create(path)?, &path.display().to_string())
             }
-            (None, _) => self.write(finder, files, &progress, io::stdout().lock(), "stdout"),
+            (None, _) => self.write(finder, inputs, &progress, io::stdout().lock(), "stdout"),
         }
     }
 
     fn check(&self) -> Result<(), Failure> {
-        if self.inputs.iter().filter(|name| *name == Path::new(files::STDIN)).count() > 1 {
+        if self.inputs.iter().filter(|name| *name == Path::new(STDIN)).count() > 1 {
             return Err(Failure::Usage("stdin cannot be read twice: name - once"));
         }
         match (self.input, self.size) {
@@ -159,19 +151,17 @@ impl Edges {
         })
     }
 
-    fn progress(&self, files: &[PathBuf]) -> ProgressBar {
-        // Points that fly by tell enough of how far it is.
+    fn progress(&self, inputs: &[PathBuf]) -> ProgressBar {
+        // Points that scroll by on a terminal show well enough how far it is.
         let writes_to_terminal = self.to.is_none() && self.output.is_none() && io::stdout().is_terminal();
-        if files.len() < 2 || writes_to_terminal || !io::stderr().is_terminal() {
+        if inputs.len() < 2 || writes_to_terminal {
             return ProgressBar::hidden();
         }
-        let template = "{spinner} {wide_bar} {pos}/{len} files {elapsed}";
-        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-        ProgressBar::new(files.len() as u64).with_style(style)
+        progress::bar(inputs.len() as u64, "{spinner} {wide_bar} {pos}/{len} files {elapsed}")
     }
 
     /// Sends frames to a daemon.
-    fn send(&self, to: &Address, finder: Finder, files: Vec<PathBuf>, progress: &ProgressBar) -> Result<(), Failure> {
+    fn send(&self, to: &Address, finder: Finder, inputs: Vec<PathBuf>, progress: &ProgressBar) -> Result<(), Failure> {
         let delivery = Delivery {
             to,
             stream: &self.stream,
@@ -183,19 +173,20 @@ impl Edges {
             rate: self.rate,
             whole_frames: true,
         };
-        delivery.run(progress, |batch| {
-            let (sender, inputs) = sync_channel(WAITING);
-            let failed = |error| Input::Failed(format!("{error:#}"));
-            start(finder, files, progress, sender, move |found, sender| forward(found, batch, sender), failed)?;
-            Ok(inputs)
-        })
+        let read = |batch| {
+            let (sender, received) = sync_channel(WAITING);
+            let failed = |error| Input::Failed(format!("{:#}", anyhow::Error::from(error)));
+            start(finder, inputs, progress, sender, move |found, sender| forward(found, batch, sender), failed)?;
+            Ok(received)
+        };
+        Ok(delivery.run(&|step| progress::show(progress, step), read)?)
     }
 
     /// Writes frames.
     fn write(
         &self,
         finder: Finder,
-        files: Vec<PathBuf>,
+        inputs: Vec<PathBuf>,
         progress: &ProgressBar,
         sink: impl Write,
         sink_name: &str,
@@ -203,12 +194,12 @@ impl Edges {
         let unwritten = || format!("cannot write to {sink_name}");
         let mut stop = Stop::listen().context("cannot listen to signals")?;
         let mut input_errors = InputErrors::new(self.strict);
-        let mut writer =
-            PointWriter::new(self.format, BufWriter::with_capacity(1 << 16, sink)).with_context(unwritten)?;
+        let mut writer = PointWriter::new(self.format, files::buffered(sink)).with_context(unwritten)?;
         let mut pace = self.rate.map(Pace::new);
         let mut frames = 0_u64;
         let (sender, results) = sync_channel(WAITING);
-        start(finder, files, progress, sender, |found, sender| sender.send(Ok(found)).is_ok(), Err)?;
+        start(finder, inputs, progress, sender, |found, sender| sender.send(Ok(found)).is_ok(), Err)
+            .context("cannot start a thread")?;
         while let Some(found) = next(&results, &mut stop) {
             match found? {
                 Found::Bad(reason) => input_errors.add(&reason)?,
@@ -232,60 +223,6 @@ impl Edges {
         input_errors.sum_up();
         tracing::info!("{frames} frames, {} refused", input_errors.count());
         Ok(())
-    }
-}
-
-/// Starts the thread that finds edges. Nobody waits for it: it may be blocked in a read that never returns, and owns
-/// nothing that has to be finished.
-fn start<T: Send + 'static>(
-    finder: Finder,
-    files: Vec<PathBuf>,
-    progress: &ProgressBar,
-    sender: SyncSender<T>,
-    forward: impl Fn(Found, &SyncSender<T>) -> bool + Send + 'static,
-    failed: impl Fn(anyhow::Error) -> T + Send + 'static,
-) -> anyhow::Result<()> {
-    let progress = progress.clone();
-    let find = move || {
-        if let Err(error) = finder.run(&files, &mut |found| forward(found, &sender), &progress) {
-            // Nobody may listen any more, and then nobody needs to know.
-            drop(sender.send(failed(error)));
-        }
-    };
-    thread::Builder::new().name("edges".to_owned()).spawn(find).map(drop).context("cannot start a thread")
-}
-
-/// Hands on what was found, in messages of so many points; whether anybody listens.
-fn forward(found: Found, batch: usize, sender: &SyncSender<Input>) -> bool {
-    match found {
-        Found::Bad(reason) => sender.send(Input::Unreadable(reason)).is_ok(),
-        Found::Frame { points, time } => {
-            let parts = points.chunks(batch).all(|points| {
-                let positions = points.iter().map(|&[x, y]| (x.into(), y.into())).collect();
-                sender.send(Input::Points(Batch { positions, ..Batch::default() })).is_ok()
-            });
-            parts && sender.send(Input::Commit(time)).is_ok()
-        }
-    }
-}
-
-/// What comes next; nothing at the end, or when a signal comes first.
-fn next<T>(results: &Receiver<T>, stop: &mut Stop) -> Option<T> {
-    while stop.asked().is_none() {
-        match results.recv_timeout(MOMENT) {
-            Ok(found) => return Some(found),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return None,
-        }
-    }
-    None
-}
-
-/// Waits for a time; whether it came before a signal did.
-fn wait_for(due: Instant, stop: &mut Stop) -> bool {
-    match due.checked_duration_since(Instant::now()) {
-        Some(left) if !left.is_zero() => stop.wait(left).is_none(),
-        _ => true,
     }
 }
 

@@ -7,13 +7,15 @@ mod args;
 mod compute;
 mod demo;
 mod edges;
+mod failure;
 mod feed;
-mod network;
+mod files;
+mod following;
+mod progress;
 mod record;
 mod replay;
 mod scene;
 mod serve;
-mod source;
 mod status;
 mod tracks;
 mod watch;
@@ -21,7 +23,7 @@ mod watch;
 use clap::{Parser, Subcommand};
 use tracing::Level;
 
-use crate::daemon::StrictStop;
+pub use failure::Failure;
 
 /// Live homologically persistent skeletons of 2D points.
 ///
@@ -53,37 +55,6 @@ enum Command {
     Tracks(tracks::Tracks),
     Scene(scene::Play),
     Edges(edges::Edges),
-}
-
-/// Why a subcommand did not succeed.
-#[derive(Debug)]
-pub enum Failure {
-    /// Arguments that do not go together.
-    Usage(&'static str),
-    /// `--strict` met something that it does not let pass.
-    Refused(String),
-    /// Something else failed.
-    Failed(anyhow::Error),
-}
-
-impl<E: Into<anyhow::Error>> From<E> for Failure {
-    fn from(error: E) -> Self {
-        let error = error.into();
-        match error.downcast::<StrictStop>() {
-            Ok(stop) => Self::Refused(stop.to_string()),
-            Err(error) => Self::Failed(error),
-        }
-    }
-}
-
-impl Failure {
-    /// As said of a file, or of whatever else has that name.
-    fn of(self, name: &str) -> Self {
-        match self {
-            Self::Failed(error) => Self::Failed(error.context(name.to_owned())),
-            other => other,
-        }
-    }
 }
 
 impl Cli {

@@ -1,7 +1,8 @@
 //! `hopes serve`: points on stdin and from producers, frames on stdout and to consumers.
 //!
-//! In: options; text, JSON lines or frames of the protocol on stdin. Out: a running daemon; its [`Input`]s, read line by line. Invariants: points that have arrived are
-//! handed on at once when no further line is waiting. Must not know: what the engine does with them.
+//! In: options; text, JSON lines or frames of the protocol on stdin.
+//! Out: a running daemon, and its frames as JSON lines or a recording on stdout.
+//! Must not know: how points are parsed, what the engine does with them.
 
 use std::io;
 use std::num::NonZeroUsize;
@@ -10,17 +11,14 @@ use std::time::Duration;
 use anyhow::Context;
 use clap::{ArgGroup, Args, ValueEnum};
 use hopes::topology::Options;
-
 use hopes_protocol::{Simplify, View};
-use indicatif::ProgressBar;
 
 use super::Failure;
-use super::args::{TrackArgs, ViewArgs, duration, resolution, window};
-use super::network::{Network, PLACES};
-use crate::daemon::{self, BATCH, DaemonError, Feed, Input, Settings, Sink, Source, Stop, StreamSettings};
+use super::args::{PLACES, SocketArgs, TrackArgs, ViewArgs, duration, host_and_port, resolution, window};
+use crate::daemon::{self, BATCH, Feed, Input, Settings, Sink, Source, Stop, StreamSettings};
 use crate::formats::frame_writer::{FrameForm, FrameWriter};
 use crate::formats::input::{Columns, Format};
-use crate::formats::points::{Form, Place as Origin, Source as Points};
+use crate::formats::points::{Form, Origin, PointSource};
 use crate::view::{Page, Place};
 
 /// Follow streams of points: from stdin to stdout, one JSON line a frame with what changed, or between sockets.
@@ -76,7 +74,7 @@ pub struct Serve {
     #[arg(long, requires = "track", help_heading = "Tracks")]
     track_list: bool,
     #[command(flatten)]
-    network: Network,
+    sockets: SocketArgs,
     #[command(flatten)]
     page: PageArgs,
 }
@@ -91,13 +89,6 @@ struct PageArgs {
     /// A name by which browsers of other machines may ask for the page, besides its addresses. May be repeated.
     #[arg(long = "view-host", value_name = "NAME", requires = "address", requires = "allow_remote")]
     names: Vec<String>,
-}
-
-/// An address of the page.
-pub fn host_and_port(word: &str) -> Result<String, String> {
-    let is_address = word.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
-    let is_whole = is_address && !word.contains('/');
-    is_whole.then(|| word.to_owned()).ok_or_else(|| format!("{word:?} is no HOST:PORT, such as 127.0.0.1:8080"))
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -122,21 +113,18 @@ enum OutputFormat {
 
 impl Serve {
     pub fn run(self) -> Result<(), Failure> {
-        let alone = self.network.listen.is_empty();
+        let alone = self.sockets.listen.is_empty();
         let input = self.input.or(alone.then(InputFormat::default));
         let output = self.output.or((alone && self.page.address.is_none()).then(OutputFormat::default));
         let sink = output.map(|output| self.sink(output)).transpose()?;
         let columns = self.columns.clone();
         let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
-        let allow_remote = self.network.allow_remote;
+        let allow_remote = self.sockets.allow_remote;
         let PageArgs { address, names } = &self.page;
         let place = |address: &String| Place { address: address.clone(), names: names.clone(), allow_remote };
         let page = address.as_ref().map(|address| Page::bind(place(address))).transpose()?;
         let stop = Stop::listen().context("cannot listen to signals")?;
-        match daemon::run(self.settings(), source, sink, page.map(Page::http), &stop) {
-            Err(DaemonError::Refused(stop)) => Err(stop.into()),
-            other => Ok(other?),
-        }
+        Ok(daemon::run(self.settings(), source, sink, page.map(Page::http), &stop)?)
     }
 
     fn sink(&self, output: OutputFormat) -> Result<Sink, Failure> {
@@ -160,11 +148,11 @@ impl Serve {
             strict: self.strict,
             check: self.check,
             threads: self.threads,
-            overload: self.network.overload.into(),
-            limits: self.network.limits(),
-            listen: self.network.listen,
-            allow_remote: self.network.allow_remote,
-            streams: self.network.stream,
+            overload: self.sockets.overload.into(),
+            limits: self.sockets.limits(),
+            listen: self.sockets.listen,
+            allow_remote: self.sockets.allow_remote,
+            streams: self.sockets.stream,
         }
     }
 }
@@ -175,9 +163,9 @@ fn read_stdin(input: InputFormat, columns: Columns, feed: &Feed) {
         InputFormat::Jsonl => Form::Lines(Format::JsonLines, columns),
         InputFormat::Bin => Form::Binary,
     };
-    let stdin =
-        Points { place: Origin::Stdin, form, frame_points: None, closes_last: false, loops: false, batch: BATCH };
-    if let Err(error) = stdin.read(&mut |input| feed.send(input), &ProgressBar::hidden()) {
-        feed.send(Input::Failed(format!("{error:#}")));
+    let origin = Origin::Stdin;
+    let stdin = PointSource { origin, form, frame_points: None, closes_last: false, loops: false, batch: BATCH };
+    if let Err(error) = stdin.read(&mut |input| feed.send(input), &|_| ()) {
+        feed.send(Input::Failed(format!("{:#}", anyhow::Error::from(error))));
     }
 }

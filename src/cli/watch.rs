@@ -1,17 +1,20 @@
 //! `hopes watch`: streams of a daemon, as they change, on stdout.
 //!
-//! In: options. Out: a line a frame, JSON lines, or a recording. Invariants: a closed pipe and a polite signal are no errors. Must not know: how streams are followed or shown.
+//! In: options. Out: a line a frame, events, JSON lines, or a recording.
+//! Invariants: a closed pipe and a first signal are no errors.
+//! Must not know: how streams are followed, how messages are written.
 
-use std::io::{self, BufWriter};
+use std::io;
 
 use clap::Args;
 use hopes_protocol::{Simplify, TracksWanted};
 use indicatif::ProgressBar;
 
-use super::Failure;
 use super::args::FollowArgs;
+use super::following::Shown;
+use super::{Failure, files};
 use crate::client::follow::follow;
-use crate::formats::messages::{Output, Show};
+use crate::formats::messages::{MessageForm, MessageWriter};
 
 /// Follow streams of a daemon: a line a frame with what changed.
 ///
@@ -28,7 +31,7 @@ pub struct Watch {
     wanted: FollowArgs,
     /// How frames are written on stdout.
     #[arg(long, value_enum, default_value_t)]
-    output: Output,
+    output: MessageForm,
     /// Recompute every frame from its vertices and compare; stop at a difference or a gap (exit code 1). Slow: for those who want to be sure.
     #[arg(long)]
     check: bool,
@@ -41,12 +44,11 @@ impl Watch {
         if wanted.check && wanted.view.simplify != Simplify::No {
             return Err(Failure::Usage("--check needs all vertices: leave out --simplify"));
         }
-        if self.output == Output::Events && wanted.tracks == TracksWanted::No {
+        if self.output == MessageForm::Events && wanted.tracks == TracksWanted::No {
             wanted.tracks = TracksWanted::Events;
         }
-        let sink = BufWriter::with_capacity(1 << 16, io::stdout().lock());
-        let mut show = Show::new(self.output, sink)?;
-        let frames = follow(&wanted, &mut show, &ProgressBar::hidden())?;
+        let writer = MessageWriter::new(self.output, files::buffered(io::stdout().lock()))?;
+        let frames = follow(&wanted, &mut Shown { writer, progress: ProgressBar::hidden() })?;
         tracing::debug!("{frames} frames");
         Ok(())
     }

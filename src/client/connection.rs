@@ -15,6 +15,9 @@ use super::error::ClientError;
 use super::link::{Link, is_later};
 use crate::daemon::Address;
 
+/// The name of this client in the daemon's log.
+pub const SOFTWARE: &str = concat!("hopes ", env!("CARGO_PKG_VERSION"));
+
 /// How long a read or write waits before it is seen whether something else is due.
 const MOMENT: Duration = Duration::from_millis(50);
 

@@ -1,7 +1,8 @@
-//! Why a conversation with a daemon does not begin or does not go on.
+//! Why a connection to a daemon does not begin or does not go on.
 //!
-//! Invariants: every message names the address, and what to do where something can be done; an error of the socket is told as text and is never a source, since a connection that breaks
-//! is not the closed pipe behind stdout that is no error. Must not know: what the conversation is about.
+//! Invariants: every message names the address, and the remedy where there is one. An error of the socket is told as
+//! text and is never a source: a connection that breaks is not the closed pipe behind stdout that is no error.
+//! Must not know: what the messages of the connection are about.
 
 use std::io;
 

@@ -14,5 +14,8 @@ pub mod picture;
 pub mod point_writer;
 pub mod points;
 pub mod recording;
+pub mod runs;
+pub mod scene;
+pub mod short;
 pub mod skeleton;
 pub mod tracks;

@@ -7,14 +7,13 @@
 use std::fmt::Display;
 use std::io::{self, Write};
 
-use clap::ValueEnum;
 use hopes_protocol::{Banner, Batch, Commit, Message, Retract, VERSION, encode};
 use serde::Serialize;
 
 use crate::daemon::BATCH;
 
 /// How points are written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PointForm {
     /// x,y a line, and a blank line at the end of a frame.
     #[default]

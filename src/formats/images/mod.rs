@@ -4,8 +4,9 @@
 //! Invariants: memory is bounded by the largest picture allowed.
 //! Must not know: where edges go, arguments.
 
+mod decode;
 pub mod files;
 pub mod finder;
-pub mod orientation;
-pub mod picture;
+mod image;
+mod orientation;
 pub mod video;

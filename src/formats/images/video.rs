@@ -11,7 +11,7 @@ use std::str::FromStr;
 use hopes::edges::{MOST_PIXELS, gray};
 use thiserror::Error;
 
-use super::picture::Picture;
+use super::image::GrayImage;
 
 /// The first bytes of YUV4MPEG2.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
@@ -148,7 +148,7 @@ impl<R: BufRead> Video<R> {
     }
 
     /// The next frame, into a picture; whether there was one.
-    pub fn next(&mut self, frame: &mut Picture) -> Result<bool, VideoError> {
+    pub fn next(&mut self, frame: &mut GrayImage) -> Result<bool, VideoError> {
         self.number += 1;
         let number = self.number;
         if self.source.fill_buf().map_err(VideoError::Io)?.is_empty() {

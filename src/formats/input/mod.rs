@@ -32,6 +32,7 @@ mod text;
 mod tests;
 
 pub use columns::Columns;
+pub use error::ReadError;
 pub use excerpt::Excerpt;
 pub use format::Format;
 pub use lines::{Line, Lines};

@@ -3,11 +3,11 @@
 //! In: bars from top to bottom, links between them. Out: an SVG document. Invariants: the same input gives the same bytes; the size of the document is bounded by bars, stretches and links; it needs no other file, and has a ground of its
 //! own, so it shows on light and dark pages alike. Must not know: tracks, streams, why bars stand as they do.
 
-use super::axis::Axis;
-use super::layout::Rect;
+use super::canvas::axis::Axis;
+use super::canvas::layout::Rect;
+use super::canvas::page::{Anchor, FRAME, GRID, GROUND, INK, MUTED, Page, Type, text_width};
+use super::canvas::ramp::{Ramp, STOPS};
 use super::legend;
-use super::page::{Anchor, FRAME, GRID, GROUND, INK, MUTED, Page, Type, text_width};
-use super::ramp::{Ramp, STOPS};
 
 /// What is to be drawn.
 #[derive(Clone, Debug, PartialEq)]

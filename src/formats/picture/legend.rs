@@ -5,12 +5,12 @@
 
 use hopes::topology::ViewSpec;
 
-use super::Scene;
-use super::layout::Rect;
-use super::numbers::{Ticks, round_step, short};
-use super::page::{Anchor, FRAME, INK, MUTED, Page, Type, text_width};
+use super::canvas::layout::Rect;
+use super::canvas::numbers::{Ticks, round_step, short};
+use super::canvas::page::{Anchor, FRAME, INK, MUTED, Page, Type, text_width};
+use super::canvas::ramp::{Ramp, STOPS};
 use super::plane::{CRITICAL_STYLE, POINT_STYLE, SIMPLE_STYLE, TREE_STYLE, hole_style};
-use super::ramp::{Ramp, STOPS};
+use super::scene::Scene;
 
 /// Width of a sample, with the room before its name.
 const SAMPLE: f64 = 24.0;

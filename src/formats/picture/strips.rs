@@ -6,10 +6,10 @@
 
 use hopes::topology::{Gap, Selection};
 
-use super::Scene;
-use super::diagram::Scale;
-use super::labels::{Label, Row, room};
-use super::page::{Anchor, Page, Type, text_width};
+use super::canvas::labels::{Label, Row, room};
+use super::canvas::page::{Anchor, Page, Type, text_width};
+use super::scale::Scale;
+use super::scene::Scene;
 
 const DIAGONAL: &str = "#0b7d62";
 const VERTICAL: &str = "#2563c9";

@@ -5,8 +5,8 @@
 
 use hopes::topology::ViewSpec;
 
-use super::Scene;
-use super::numbers::{count, short};
+use super::canvas::numbers::{count, short};
+use super::scene::Scene;
 
 /// Longest name shown, in characters.
 const NAME: usize = 40;

@@ -7,9 +7,8 @@ mod csv;
 mod geojson;
 mod json;
 
-use std::io::Write;
+use std::io::{self, Write};
 
-use clap::ValueEnum;
 use hopes::topology::{Edge, Simplified, Skeleton, View};
 
 use super::picture;
@@ -42,7 +41,7 @@ impl Answer<'_> {
 }
 
 /// A form of output.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OutputFormat {
     /// Everything, as one JSON object.
     #[default]
@@ -59,15 +58,18 @@ pub enum OutputFormat {
 
 impl OutputFormat {
     /// Writes an answer in this form.
-    pub fn write(self, answer: &Answer, out: &mut impl Write) -> anyhow::Result<()> {
+    ///
+    /// # Errors
+    /// Those of the sink, and of a picture that cannot be made into pixels.
+    pub fn write(self, answer: &Answer, out: &mut impl Write) -> io::Result<()> {
         match self {
             Self::Json => json::write(answer, out)?,
             Self::Csv => csv::write(answer, out)?,
             Self::Geojson => geojson::write(answer, out)?,
             Self::Svg => out.write_all(drawing(answer).as_bytes())?,
-            Self::Png => out.write_all(&picture::png(&drawing(answer), 2.0)?)?,
+            Self::Png => out.write_all(&picture::png(&drawing(answer), 2.0).map_err(io::Error::other)?)?,
         }
-        Ok(out.flush()?)
+        out.flush()
     }
 }
 

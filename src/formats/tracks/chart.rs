@@ -5,17 +5,16 @@
 
 use std::collections::HashMap;
 
-use clap::ValueEnum;
 use thiserror::Error;
 
 use super::frame::Moment;
 use super::lives::{Began, Ended, Life, Lives, Stream};
 use super::order::order;
-use crate::formats::messages::Short;
 use crate::formats::picture::{Bar, Barcode, Link, LinkKind, count, shortened};
+use crate::formats::short::Short;
 
 /// What bars are drawn over.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Axis {
     /// Frames, by number.
     #[default]

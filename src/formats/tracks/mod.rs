@@ -4,10 +4,11 @@
 //! Invariants: memory grows with tracks, not with frames.
 //! Must not know: how tracks are made, where bytes come from and go to.
 //!
-//! Data flows from `frame` (a line) to `lives`, then to `table` and, through `order`, to `chart`.
+//! Data flows from `reader` (lines) through `frame` (a line) to `lives`, then to `table` and, through `order`, to `chart`.
 
 pub mod chart;
 pub mod frame;
 pub mod lives;
-pub mod order;
+mod order;
+pub mod reader;
 pub mod table;

@@ -5,16 +5,15 @@
 
 use std::io::{self, Write};
 
-use clap::ValueEnum;
 use serde::{Serialize, Serializer};
 
 use super::frame::Moment;
 use super::lives::{Began, Ended, Life, Lives, Stream};
 use crate::formats::aligned::{self, Column, numbers, words};
-use crate::formats::messages::Short;
+use crate::formats::short::Short;
 
 /// How the table is written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TableFormat {
     /// Columns, for people.
     #[default]

@@ -12,7 +12,7 @@ const PLAIN: std::ops::RangeInclusive<i32> = -5..=12;
 
 /// Maps values to pixels from the left end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Axis {
+pub struct Axis {
     low: f64,
     span: f64,
     length: f64,
@@ -22,17 +22,17 @@ pub(super) struct Axis {
 
 impl Axis {
     /// An axis for values that are no farther apart than numbers go.
-    pub(super) fn new([low, high]: [f64; 2], length: f64, is_whole: bool) -> Self {
+    pub fn new([low, high]: [f64; 2], length: f64, is_whole: bool) -> Self {
         Self { low, span: high - low, length, is_whole }
     }
 
     /// Where a value is.
-    pub(super) fn place(self, value: f64) -> f64 {
+    pub fn place(self, value: f64) -> f64 {
         if self.span.is_normal() { (value - self.low) / self.span * self.length } else { self.length / 2.0 }
     }
 
     /// Round values with their labels.
-    pub(super) fn ticks(self) -> Vec<(f64, String)> {
+    pub fn ticks(self) -> Vec<(f64, String)> {
         if !self.span.is_normal() {
             return vec![(self.low, self.label(self.low, 0))];
         }

@@ -1,22 +1,23 @@
 //! Options of a daemon that others connect to.
 //!
-//! In: words of the command line. Out: the daemon's limits, policies and streams. Invariants: what is not given is as the README says. Must not know: sockets.
+//! In: words of the command line. Out: the daemon's limits, policies and streams.
+//! Must not know: sockets.
 
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use hopes_protocol::Policy;
 
-use super::args::{duration, resolution, window};
+use super::values::{bytes, duration, resolution, window};
 use crate::daemon::{Address, Limits, Overload, StreamSettings};
 
-/// The ways in, of which there may be many.
+/// The options that open a way in; one of them must be given for others to make sense.
 pub const PLACES: &str = "places";
 
 /// How others connect, and how much they may do.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sockets")]
-pub struct Network {
+pub struct SocketArgs {
     /// Let producers and consumers connect: unix:PATH (for this user only) or tcp:HOST:PORT. May be repeated.
     #[arg(long, value_name = "ADDRESS", group = PLACES)]
     pub listen: Vec<Address>,
@@ -83,7 +84,7 @@ impl From<OverloadArg> for Overload {
     }
 }
 
-impl Network {
+impl SocketArgs {
     /// The limits that they ask for.
     pub fn limits(&self) -> Limits {
         Limits {
@@ -133,20 +134,6 @@ fn stream(word: &str) -> Result<(String, StreamSettings), String> {
     Ok((name.to_owned(), settings))
 }
 
-/// A number of bytes: `4096`, `64KiB`, `512MiB`, `4GiB`.
-fn bytes(word: &str) -> Result<u64, String> {
-    let digits = word.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
-    let unit: u64 = match &word[digits.len()..] {
-        "" | "B" => 1,
-        "KiB" => 1 << 10,
-        "MiB" => 1 << 20,
-        "GiB" => 1 << 30,
-        unit => return Err(format!("{unit:?} is no unit: there are KiB, MiB, GiB")),
-    };
-    let number = digits.parse::<u64>().ok().and_then(|number| number.checked_mul(unit)).filter(|bytes| *bytes > 0);
-    number.ok_or_else(|| format!("{word:?} is not a number of bytes: write 512MiB"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -172,14 +159,6 @@ mod tests {
         ] {
             let error = stream(word).unwrap_err();
             assert!(error.contains(says), "{word}: {error}");
-        }
-    }
-
-    #[test]
-    fn bytes_have_units() {
-        assert_eq!((bytes("4096"), bytes("64KiB"), bytes("2GiB")), (Ok(4096), Ok(65536), Ok(2 << 30)));
-        for word in ["", "0", "-1", "1.5MiB", "3 MB", "99999999999GiB"] {
-            assert!(bytes(word).is_err(), "{word}");
         }
     }
 }

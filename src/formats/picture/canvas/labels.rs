@@ -12,30 +12,30 @@ const NEAR: f64 = 3.0;
 
 /// A label.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Label {
+pub struct Label {
     /// What it is about: a place along the edge.
-    pub(super) about: f64,
-    pub(super) text: String,
-    pub(super) color: &'static str,
+    pub about: f64,
+    pub text: String,
+    pub color: &'static str,
 }
 
 /// A row of labels along a horizontal edge.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row {
+pub struct Row {
     /// Where along the edge labels may be.
-    pub(super) from: f64,
-    pub(super) to: f64,
+    pub from: f64,
+    pub to: f64,
     /// Height of the edge that lines come from.
-    pub(super) edge: f64,
+    pub edge: f64,
     /// Height at which lines end.
-    pub(super) reach: f64,
+    pub reach: f64,
     /// Height of the texts' base line.
-    pub(super) base: f64,
+    pub base: f64,
 }
 
 impl Row {
     /// Draws what there is room for.
-    pub(super) fn draw(self, page: &mut Page, labels: Vec<Label>) {
+    pub fn draw(self, page: &mut Page, labels: Vec<Label>) {
         for (label, x) in spread(labels, self.from, self.to) {
             if (x - label.about).abs() > NEAR {
                 let style = format_args!("stroke=\"{}\" stroke-width=\".75\"", label.color);
@@ -68,7 +68,7 @@ fn spread(mut labels: Vec<Label>, from: f64, to: f64) -> Vec<(Label, f64)> {
 }
 
 /// How much of an edge a label needs.
-pub(super) fn room(label: &Label) -> f64 {
+pub fn room(label: &Label) -> f64 {
     text_width(&label.text) + SPACE
 }
 
