@@ -74,11 +74,18 @@ enum Input {
 /// Below this many bytes of input, the work is too short for a progress bar.
 const LONG_WORK: u64 = 8 << 20;
 
+/// What is said where pictures cannot be made into pixels.
+const NO_PNG: &str =
+    "this hopes was built without PNG output: use --format svg, or build it again with the feature png (on by default)";
+
 /// Runs of points that may wait to be inserted.
 const WAITING: usize = 4;
 
 impl Compute {
     pub fn run(self) -> Result<(), Failure> {
+        if !self.format.is_built_in() {
+            return Err(Failure::Usage(NO_PNG));
+        }
         let threshold = self.view.threshold()?;
         let progress = self.progress();
         let mut input_errors = InputErrors::new(self.strict);

@@ -14,6 +14,7 @@ mod canvas;
 mod diagram;
 mod legend;
 mod plane;
+#[cfg(feature = "png")]
 mod raster;
 mod scale;
 mod scene;
@@ -28,6 +29,7 @@ use scene::Scene;
 
 pub use barcode::{Bar, Barcode, Link, LinkKind, barcode};
 pub use canvas::numbers::count;
+#[cfg(feature = "png")]
 pub use raster::png;
 pub use scene::Simplified;
 pub use words::shortened;

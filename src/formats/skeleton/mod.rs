@@ -57,6 +57,11 @@ pub enum OutputFormat {
 }
 
 impl OutputFormat {
+    /// Whether this build can write it.
+    pub fn is_built_in(self) -> bool {
+        self != Self::Png || cfg!(feature = "png")
+    }
+
     /// Writes an answer in this form.
     ///
     /// # Errors
@@ -67,7 +72,7 @@ impl OutputFormat {
             Self::Csv => csv::write(answer, out)?,
             Self::Geojson => geojson::write(answer, out)?,
             Self::Svg => out.write_all(drawing(answer).as_bytes())?,
-            Self::Png => out.write_all(&picture::png(&drawing(answer), 2.0).map_err(io::Error::other)?)?,
+            Self::Png => out.write_all(&pixels(&drawing(answer))?)?,
         }
         out.flush()
     }
@@ -77,4 +82,15 @@ fn drawing(answer: &Answer) -> String {
     let simplified = answer.simplified.map(|(_, s)| (s.positions.as_slice(), s.edges.as_slice()));
     let options = picture::Options { name: answer.name.map(str::to_owned), ..picture::Options::default() };
     picture::svg(answer.skeleton, answer.view, simplified, &options)
+}
+
+/// A drawing as a PNG file, two pixels for each of its units.
+#[cfg(feature = "png")]
+fn pixels(drawing: &str) -> io::Result<Vec<u8>> {
+    picture::png(drawing, 2.0).map_err(io::Error::other)
+}
+
+#[cfg(not(feature = "png"))]
+fn pixels(_: &str) -> io::Result<Vec<u8>> {
+    Err(io::ErrorKind::Unsupported.into())
 }

@@ -212,7 +212,7 @@ mod tests {
         let text = page.finish();
         assert!(text.contains("<title>a &lt; b &amp; &quot;c&quot;</title>"), "{text}");
         assert!(text.contains("<desc>  &gt;</desc>"), "{text}");
-        assert!(resvg::usvg::roxmltree::Document::parse(&text).is_ok());
+        assert!(roxmltree::Document::parse(&text).is_ok());
     }
 
     #[test]
@@ -224,7 +224,7 @@ mod tests {
         });
         page.path("", format_args!(""));
         let text = page.finish();
-        let document = resvg::usvg::roxmltree::Document::parse(&text).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
         assert_eq!(document.descendants().filter(|node| node.has_tag_name("path")).count(), 1);
     }
 }
