@@ -576,11 +576,12 @@ mod under_load {
         assert!(finished.err.contains(&format!("SIGTERM: stopped after frame {frames}")), "{frames}: {}", finished.err);
     }
 
-    /// Points that the program may hold between its input and a frame: 16 batches of 4096 under way, one being filled, one
-    /// being worked on.
+    /// Points that the program may hold between its input and a frame: 16 batches of 4096 under way, one being filled,
+    /// one being worked on.
     const UNDER_WAY: usize = 18 * 4096;
 
-    /// More than the program ever needs here: its own pages, the points under way (40 bytes each) and a few small frames.
+    /// More than the program ever needs here: its own pages, the points under way (40 bytes each) and a few small
+    /// frames.
     const MEMORY: u64 = 32 << 20;
 
     /// Nobody reads: the producer has to wait, memory stays bounded, and nothing is lost once somebody does.
@@ -602,7 +603,8 @@ mod under_load {
             stdin
         });
         let taken = producer.until_held_back(&running);
-        // Frames: one in hand, two under way, one being written, some in the pipe; bytes: in the reader's buffer and in its pipe.
+        // Frames: one in hand, two under way, one being written, some in the pipe; bytes: in the reader's buffer and in
+        // its pipe.
         let bound = (UNDER_WAY + 6 * FRAME) * LINE + (64 << 10) + (64 << 10);
         assert!(taken < bound, "{taken} of {} bytes were taken, {bound} at the most are due", LINES * LINE);
         assert!(running.peak_memory() < MEMORY, "{}", running.peak_memory());

@@ -1,4 +1,5 @@
-//! `hopes demo`, `replay`, `record`, `watch`, `feed`, `scene`, `status` and `tracks` as their users meet them. The daemon is a fake one where it has to say what a real one never should.
+//! `hopes demo`, `replay`, `record`, `watch`, `feed`, `scene`, `status` and `tracks` as their users meet them. The
+//! daemon is a fake one where it has to say what a real one never should.
 
 mod common;
 #[path = "tools/feed.rs"]

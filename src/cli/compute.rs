@@ -2,8 +2,8 @@
 //!
 //! In: a file or stdin, and options.
 //! Out: JSON, CSV, GeoJSON, SVG or PNG, to a file or stdout.
-//! Invariants: points that cannot be used are reported, counted and left out, unless `--strict` stops at the first. One
-//! thread reads while another inserts, with a bounded queue between them.
+//! Invariants: points that cannot be used are reported, counted and left out, unless `--strict` stops at the first.
+//! One thread reads while another inserts, with a bounded queue between them.
 //! Must not know: how skeletons are computed or pictures drawn.
 
 use std::io::{self, Write};
@@ -26,26 +26,24 @@ use crate::formats::skeleton::{Answer, OutputFormat};
 
 /// Compute the skeleton of a file of points, once.
 ///
-/// Reads text (comma, semicolon, tab or blank separated, with or without a header, # comments) or JSON lines ([x,y] or
-/// {"x":..,"y":..}). Writes the persistence diagram, the minimum spanning tree and the chosen view of the skeleton.
+/// Reads a table (comma, semicolon, tab or blank separated, with or without a header line, # comments) or JSON lines:
+/// [x,y], {"x":..,"y":..} or {"points":[[x,y],...]}. Writes the persistence diagram, the minimum spanning tree and the
+/// chosen view of the skeleton.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
-  hopes compute points.csv                                 all of it as JSON
-  hopes compute points.csv --format svg -o points.svg      a picture beside the persistence diagram
-  hopes compute scan.tsv --columns lon,lat --k 2 --simplify --format geojson
-  produce | hopes compute - --alpha 0.5                    the reduced skeleton at the scale 0.5")]
+#[command(
+    after_help = EXAMPLES,
+    after_long_help = format!("{EXAMPLES}\n\n{KEYS}"),
+)]
 pub struct Compute {
     /// File of points; - for stdin.
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// How the points are written; by default the file's name and first bytes tell.
+    /// How the points are written.
     #[arg(long, value_enum, default_value_t)]
     input: Input,
-    /// Columns of a text file, by number from 1 or by name in the header.
+    /// Columns of a table, by number from 1 or by name in the header.
     #[arg(long, value_name = "X,Y", default_value = "1,2")]
     columns: Columns,
-    #[command(flatten)]
-    view: SimplifiedViewArgs,
     /// Snap positions to a grid of this step.
     #[arg(long, value_name = "STEP", value_parser = resolution)]
     resolution: Option<f64>,
@@ -56,18 +54,47 @@ pub struct Compute {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Stop at the first line or point that cannot be used (exit code 3).
+    ///
+    /// Without it, such lines and points are reported with their line, counted and left out.
     #[arg(long)]
     strict: bool,
+    #[command(flatten)]
+    view: SimplifiedViewArgs,
 }
+
+const EXAMPLES: &str = "Examples:
+  hopes compute points.csv                                 all of it as JSON
+  hopes compute points.csv --format svg -o points.svg      a picture beside the persistence diagram
+  hopes compute scan.tsv --columns lon,lat -k 2 --simplify --format geojson
+  produce | hopes compute - --alpha 0.5                    the reduced skeleton at the scale 0.5";
+
+const KEYS: &str = "Keys of the JSON output:
+  points      how many distinct positions
+  duplicates  points beyond the first on their position
+  rejected    lines and points that could not be used
+  vertices    [x,y] in order of first appearance; all indices refer to them
+  dots        the persistence diagram, most persistent first:
+              birth, death, edge [i,j], hole {center, radius}
+  mst         edges [i,j] and length of the minimum spanning tree
+  view        kind, k, l, ds, vs, edges, critical, components, cycles, length,
+              margins {diagonal, vertical}; a reduced view has alpha in the place of
+              k, l, ds, vs and margins
+  simplified  with --simplify: threshold, vertices [x,y], edges [i,j]
+
+Margins say how much noise on every point leaves the chosen gaps the chosen ones. A gap that is
+not there counts as width 0. An infinite number is null: vs of a cloud without dots, the vertical
+margin for l = 1.
+
+A line of the CSV output: kind,i,j,x1,y1,x2,y2,length,birth,death,persistence";
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum Input {
-    /// By the file's name and first bytes.
+    /// By the file's name, else its first bytes.
     #[default]
     Auto,
-    /// A table.
+    /// A table: comma, semicolon, tab or blank separated.
     Text,
-    /// JSON lines.
+    /// JSON lines: [x,y], {"x":..,"y":..}, {"points":[[x,y],...]}.
     Jsonl,
 }
 
@@ -159,8 +186,8 @@ impl Compute {
     }
 }
 
-/// Reads all points into a pipeline. The reading thread ends at its next point once nobody takes them, and is not waited
-/// for then.
+/// Reads all points into a pipeline. If they cannot be taken, the reading thread ends at its next
+/// point, and is not waited for.
 fn feed(
     source: RunSource,
     pipeline: &mut Pipeline,

@@ -30,14 +30,14 @@ use stage::Stage;
 
 /// Show what this is: points that move, their skeleton on a live page, and what happens to its holes in the terminal.
 ///
-/// Starts a daemon with a page, feeds it a scene (rings that drift, split, fuse, open, appear and vanish) or the edges of a film, and says what to open in a
-/// browser. Ctrl-C ends all.
+/// Starts a daemon with a page, feeds it a scene (rings that drift, split, fuse, open, appear and vanish) or the edges
+/// of a film, and writes the address to open in a browser. Ctrl-C ends all.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   hopes demo
   hopes demo --scene pinch
   hopes demo --video --view 127.0.0.1:9000
-  hopes demo --frames 300                      ends by itself")]
+  hopes demo --frames 60                       ends by itself")]
 pub struct Demo {
     /// The scene to play; hopes scene --list lists all [default: mixed].
     #[arg(long, value_name = "NAME", value_parser = scene)]
@@ -48,10 +48,10 @@ pub struct Demo {
     /// End after so many frames [default: go on until Ctrl-C].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
-    /// So many frames a second [default: 30, of the film 5].
+    /// So many frames a second [default: 30; of the film 5].
     #[arg(long, value_name = "FPS", value_parser = rate)]
     rate: Option<f64>,
-    /// Where the page is [default: 127.0.0.1:8080, or any port if somebody has that one].
+    /// Where the page is [default: 127.0.0.1:8080, or any free port if that one is taken].
     #[arg(long = "view", value_name = "HOST:PORT", value_parser = host_and_port)]
     address: Option<String>,
     /// Let browsers on other machines open the page: there is no password.

@@ -29,68 +29,88 @@ use finding::{WAITING, forward, next, start, wait_for};
 
 /// Find the edges of pictures and video, as points.
 ///
-/// Edges are those of OpenCV's Canny (aperture 3, L1 norm, no blur), pixel by pixel, on gray levels from 0 to 255;
-/// thresholds mean the same. Each picture or frame is a frame of points, x to the right and y down.
+/// Edges are those of OpenCV's Canny (aperture 3, L1 norm), pixel by pixel, on gray levels from 0 to 255, so published
+/// thresholds mean the same. Each picture or frame is a frame of points, x to the right and y down. Event times are
+/// frame number / rate. Pictures and frames that cannot be used are named, counted and passed over; 2^26 pixels are the
+/// most.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   hopes edges photo.jpg > edges.csv
   hopes edges frames/ --rate 25 --format jsonl | hopes serve --input jsonl --window frames:1
-  ffmpeg -loglevel error -i /dev/video0 -f yuv4mpegpipe -strict -1 - | hopes edges - | hopes serve --window frames:1
-  ffmpeg -loglevel error -i film.mp4 -f yuv4mpegpipe - | hopes edges - --y-up --to unix:/tmp/hopes.sock --stream cam
-  ffmpeg -loglevel error -i film.mp4 -pix_fmt gray -f rawvideo - | hopes edges - --size 1280x720 --rate 25")]
+  hopes edges frames/ --rate 25 --y-up --to unix:/tmp/hopes.sock --stream pictures
+  ffmpeg -loglevel error -i /dev/video0 -f yuv4mpegpipe -strict -1 - |
+    hopes edges - | hopes serve --window frames:1
+  ffmpeg -loglevel error -i film.mp4 -f yuv4mpegpipe - |
+    hopes edges - --y-up --to unix:/tmp/hopes.sock --stream film
+  ffmpeg -loglevel error -i film.mp4 -pix_fmt gray -f rawvideo - |
+    hopes edges - --size 1280x720 --rate 25")]
 pub struct Edges {
-    /// Pictures (PNG, JPEG), folders of pictures, video (YUV4MPEG2); - for stdin.
+    /// Pictures (PNG, JPEG), folders of pictures (2.png before 10.png), video (YUV4MPEG2); - for stdin.
     #[arg(value_name = "INPUT", required = true)]
     inputs: Vec<PathBuf>,
     /// What they hold [default: the first bytes tell, or gray with --size].
     #[arg(long, value_enum)]
     input: Option<InputForm>,
-    /// Bare frames of gray pixels have this size.
+    /// The size of bare frames of gray pixels.
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
-    /// Black and white of video: full (0 and 255), limited (16 and 235) [default: as the video says, else limited, but
-    /// full if it is gray].
+    /// Black and white of video; limited levels are stretched to 0 to 255.
+    ///
+    /// [default: as the video says, else limited, but full if it is gray]
     #[arg(long, value_enum, value_name = "LEVELS")]
     range: Option<RangeArg>,
-    /// Gradients above LOW go on with an edge.
-    #[arg(long, value_name = "LOW", default_value = "150", value_parser = threshold)]
-    low: f64,
-    /// Gradients above LOW times RATIO begin an edge.
-    #[arg(long, value_name = "RATIO", default_value = "3", value_parser = ratio)]
-    ratio: f64,
-    /// Gradients above HIGH begin an edge.
-    #[arg(long, value_name = "HIGH", value_parser = threshold, conflicts_with = "ratio")]
-    high: Option<f64>,
-    /// Blur before, by a Gaussian of this standard deviation in pixels, as OpenCV's GaussianBlur does.
-    #[arg(long, value_name = "SIGMA", value_parser = sigma)]
-    blur: Option<f64>,
-    /// Look only there: a column and a row, and how many of each. Points stay where they are in the whole.
+    /// Search only this part: a column and a row, and how many of each. Coordinates stay those of the whole.
     #[arg(long, value_name = "X,Y,W,H", value_parser = part)]
     roi: Option<Part>,
-    /// Count y from the bottom row upwards.
-    #[arg(long)]
-    y_up: bool,
-    /// At most so many frames a second; pictures, and video that does not say its rate, get event times by it.
-    #[arg(long, value_name = "FPS", value_parser = rate)]
-    rate: Option<f64>,
-    /// How points are written.
-    #[arg(long, value_enum, default_value_t, conflicts_with = "to")]
-    format: PointForm,
-    /// Where to write points; - for stdout [default: -].
-    #[arg(short, long, value_name = "FILE", conflicts_with = "to")]
-    output: Option<PathBuf>,
-    /// Send points to a daemon instead: unix:PATH or tcp:HOST:PORT.
-    #[arg(long, value_name = "ADDRESS")]
-    to: Option<Address>,
-    /// Name of the stream; it is created if it is not there.
-    #[arg(long, value_name = "NAME", default_value = "default", value_parser = name, requires = "to")]
-    stream: String,
-    /// Which points stay: all, points:N, frames:N, time:T [default: as the stream has it, frames:1 if it is not there].
-    #[arg(long, value_name = "WINDOW", value_parser = window, requires = "to")]
-    window: Option<hopes::topology::Window>,
     /// Stop at the first picture or frame that cannot be used (exit code 3).
     #[arg(long)]
     strict: bool,
+    /// Gradients above LOW continue an edge.
+    #[arg(long, value_name = "LOW", default_value = "150", value_parser = threshold, help_heading = "Detection")]
+    low: f64,
+    /// Gradients above LOW times RATIO begin an edge.
+    #[arg(long, value_name = "RATIO", default_value = "3", value_parser = ratio, help_heading = "Detection")]
+    ratio: f64,
+    /// Gradients above HIGH begin an edge.
+    #[arg(
+        long,
+        value_name = "HIGH",
+        value_parser = threshold,
+        conflicts_with = "ratio",
+        help_heading = "Detection"
+    )]
+    high: Option<f64>,
+    /// Blur before, by a Gaussian of this standard deviation in pixels, as OpenCV's GaussianBlur does.
+    #[arg(long, value_name = "SIGMA", value_parser = sigma, help_heading = "Detection")]
+    blur: Option<f64>,
+    /// Count y from the bottom row upwards.
+    #[arg(long, help_heading = "Output")]
+    y_up: bool,
+    /// At most so many frames a second; pictures, and video that does not say its rate, get event times by it.
+    #[arg(long, value_name = "FPS", value_parser = rate, help_heading = "Output")]
+    rate: Option<f64>,
+    /// How points are written.
+    #[arg(long, value_enum, default_value_t, conflicts_with = "to", help_heading = "Output")]
+    format: PointForm,
+    /// Where to write points; - for stdout [default: -].
+    #[arg(short, long, value_name = "FILE", conflicts_with = "to", help_heading = "Output")]
+    output: Option<PathBuf>,
+    /// Send points to a daemon instead: unix:PATH or tcp:HOST:PORT.
+    #[arg(long, value_name = "ADDRESS", help_heading = "Output")]
+    to: Option<Address>,
+    /// Name of the stream; it is created if it is not there.
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "default",
+        value_parser = name,
+        requires = "to",
+        help_heading = "Output"
+    )]
+    stream: String,
+    /// Which points stay: all, points:N, frames:N, time:T [default: as the stream has it, else frames:1].
+    #[arg(long, value_name = "WINDOW", value_parser = window, requires = "to", help_heading = "Output")]
+    window: Option<hopes::topology::Window>,
 }
 
 /// Black and white of video.

@@ -1,6 +1,7 @@
 //! Why a subcommand did not succeed.
 //!
-//! In: errors of all rooms. Out: one of three kinds, each with an exit code of its own.
+//! In: errors of all rooms.
+//! Out: one of three kinds, each with an exit code of its own.
 //! Must not know: exit codes.
 
 use crate::client::delivery::DeliveryError;

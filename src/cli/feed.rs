@@ -2,8 +2,8 @@
 //!
 //! In: options; text, JSON lines, or the bytes of the protocol.
 //! Out: messages to a daemon; input errors about points that it refuses.
-//! Invariants: a thread of its own reads, with a bounded queue to the delivery. A reader that is blocked is not waited
-//! for.
+//! Invariants: a thread of its own reads, with a bounded queue to the delivery. A reader that is blocked is not
+//! waited for.
 //! Must not know: the skeleton, the protocol.
 
 use std::io;
@@ -23,13 +23,13 @@ use crate::formats::points::{Form, Origin, PointSource};
 
 /// Send points to a stream of a daemon.
 ///
-/// A blank line, {"commit":true,"time":t}, --frame-points or the end of the input closes a frame. Points that the
+/// A frame is closed by a blank line, {"commit":true,"time":t}, --frame-points or the end of the input. Points that the
 /// daemon refuses are reported with their line, and counted.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  sensor | hopes feed - --to unix:/tmp/hopes.sock --stream sensor --window points:10000 --frame-points 1000
-  hopes feed edges.jsonl --input jsonl --to tcp:127.0.0.1:7878 --stream camera --window frames:1 --rate 25 --loop
-  hopes feed points.hopes --input bin --to unix:/tmp/hopes.sock --stream default")]
+  sensor | hopes feed - --to unix:/tmp/hopes.sock --stream sensor --window points:10000
+  hopes feed edges.jsonl --input jsonl --to tcp:127.0.0.1:7878 --stream camera --rate 25 --loop
+  hopes feed points.hopes --input bin --to unix:/tmp/hopes.sock --stream scene")]
 pub struct Feed {
     /// File of points; - for stdin.
     #[arg(value_name = "FILE")]
@@ -49,7 +49,7 @@ pub struct Feed {
     /// How points are written.
     #[arg(long, value_enum, default_value_t)]
     input: InputFormat,
-    /// Columns of text input, by number from 1 or by name in the header; a third one is the event time.
+    /// Columns of a table, by number from 1 or by name in the header; a third one is the event time.
     #[arg(long, value_name = "X,Y[,T]", default_value = "1,2")]
     columns: Columns,
     /// Close at most so many frames a second.
@@ -105,8 +105,8 @@ impl Feed {
         Ok(delivery.run(&|step| progress::show(&progress, step), |batch| self.read(batch, &progress))?)
     }
 
-    /// Starts the reading thread. It is not waited for: it may be blocked in a read that never returns, and owns nothing
-    /// that has to be finished.
+    /// Starts the reading thread. It is not waited for: it may be blocked in a read that never returns, and owns
+    /// nothing that has to be finished.
     fn read(&self, batch: usize, progress: &ProgressBar) -> io::Result<Receiver<Input>> {
         let source = self.source(batch);
         let (sender, inputs) = sync_channel(WAITING);

@@ -1,6 +1,7 @@
 //! Files and pipes that options name; - stands for stdin or stdout.
 //!
-//! In: paths of the command line. Out: open sources and sinks, or which of them cannot be opened.
+//! In: paths of the command line.
+//! Out: open sources and sinks, or which of them cannot be opened.
 //! Must not know: what is read and written.
 
 use std::fs::File;

@@ -1,6 +1,7 @@
 //! Messages of followed streams on their way to stdout or a file.
 //!
-//! In: proved messages. Out: text or bytes, and how many of them.
+//! In: proved messages.
+//! Out: text or bytes, and how many of them.
 //! Must not know: how streams are followed, how messages are written.
 
 use std::io::{self, Write};

@@ -1,6 +1,7 @@
 //! Progress on stderr, for people who wait.
 //!
-//! In: how far the work is. Out: a bar or a spinner.
+//! In: how far the work is.
+//! Out: a bar or a spinner.
 //! Invariants: nothing is shown if stderr is no terminal.
 //! Must not know: what the work is.
 
@@ -35,7 +36,7 @@ pub fn spinner() -> ProgressBar {
     progress
 }
 
-/// Bytes of a file; 0 if nobody knows.
+/// Bytes of a file; 0 if they are not known.
 pub fn length(file: &Path) -> u64 {
     std::fs::metadata(file).map_or(0, |data| data.len())
 }

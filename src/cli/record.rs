@@ -1,6 +1,7 @@
 //! `hopes record`: streams of a daemon into a file, as they were sent and when.
 //!
-//! In: options. Out: a recording (protocol/SPEC.md, section 8).
+//! In: options.
+//! Out: a recording (protocol/SPEC.md, section 8).
 //! Invariants: the file has whole frames only, each written as it comes; every frame in it was proved.
 //! Must not know: what is in frames.
 
@@ -19,17 +20,18 @@ use crate::formats::messages::{MessageForm, MessageWriter};
 
 /// Record streams of a daemon to a file, for replay.
 ///
-/// Ends with the daemon, on Ctrl-C, or after --frames. What was written until then is good, however it ends.
+/// Writes what a consumer is sent, with its times. Every frame is proved by its checksum. Ends with the daemon, on
+/// Ctrl-C, or after --frames. What was written until then is good, however it ends.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  hopes record --from unix:/tmp/hopes.sock --stream camera -o camera.hopes
-  hopes record --from tcp:127.0.0.1:7878 --stream camera --full --frames 100 -o - | hopes replay - --fast")]
+  hopes record --from unix:/tmp/hopes.sock --stream camera -o camera2.hopes
+  hopes record --from tcp:127.0.0.1:7878 --stream camera --frames 20 -o - | hopes replay - --fast")]
 pub struct Record {
-    #[command(flatten)]
-    wanted: FollowArgs,
     /// Where to write it; - for stdout.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    #[command(flatten)]
+    wanted: FollowArgs,
 }
 
 impl Record {

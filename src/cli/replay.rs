@@ -1,8 +1,9 @@
 //! `hopes replay`: a recording again, at its own pace or another.
 //!
-//! In: a recording. Out: a line a frame, events, JSON lines, or a recording.
-//! Invariants: every frame shown was proved. Of a recording that was cut off, all whole frames are shown. A damaged one
-//! ends with an error that says where.
+//! In: a recording.
+//! Out: a line a frame, events, JSON lines, or a recording.
+//! Invariants: every frame shown was proved. Of a recording that was cut off, all whole frames are shown. A damaged
+//! one ends with an error that says where.
 //! Must not know: where the recording comes from.
 
 use std::io::{self, Read};
@@ -24,7 +25,8 @@ use crate::formats::recording::{Frames, Next, RecordingError};
 
 /// Play a recording again.
 ///
-/// What record or watch --output bin have written, at the pace at which it was recorded. Every frame is proved by its checksum.
+/// Plays what record, watch --output bin or serve --output bin have written, at the pace at which it was recorded.
+/// Every frame is proved by its checksum. A recording that was cut off is played up to its last whole frame.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   hopes replay camera.hopes                                as it was
@@ -37,7 +39,7 @@ pub struct Replay {
     /// As fast as possible.
     #[arg(long, conflicts_with = "speed")]
     fast: bool,
-    /// So many times as fast as it was recorded.
+    /// X times as fast as it was recorded.
     #[arg(long, value_name = "X", default_value = "1", value_parser = rate)]
     speed: f64,
     /// How frames are written on stdout.

@@ -2,8 +2,8 @@
 //!
 //! In: a scene's name and options.
 //! Out: its points, and its truth in a file.
-//! Invariants: every frame that was begun is written as a whole, in both. The truth of a frame is written before its
-//! points.
+//! Invariants: every frame that was begun is written as a whole, in both. The truth of a frame is written before
+//! its points.
 //! Must not know: how scenes are made, how points and truth are written.
 
 use std::io::{self, Write};
@@ -21,16 +21,18 @@ use crate::formats::scene::{ScenePoints, Truth};
 
 /// Make points whose true holes are known.
 ///
-/// Rings and other shapes move, open, split, fuse, appear and vanish. Their points come as a stream, and which holes
-/// they truly have, under ids that last, as JSON lines in a file. The same seed gives the same bytes, everywhere.
+/// Rings and other shapes drift, pinch, fuse, open, pass, vanish, breathe, hide behind a bar. Their points come as a
+/// stream, and their true holes, under ids that last, as JSON lines in a file. The same seed gives the same bytes on
+/// every machine.
 #[derive(Debug, Args)]
 #[command(
     name = "scene",
     after_help = "Examples:
   hopes scene --list
-  hopes scene pinch --truth pinch.truth | hopes serve --window frames:1
-  hopes scene crowd --format jsonl --churn 0.02 --frames 3000 | hopes serve --input jsonl
-  hopes scene mixed --format bin -o mixed.points; hopes feed mixed.points --input bin --to unix:/tmp/hopes.sock --rate 30"
+  hopes scene pinch --frames 60 --truth pinch.truth | hopes serve --window frames:1
+  hopes scene pinch --frames 60 | hopes serve --window frames:1 --track above:0.28 | hopes tracks -
+  hopes scene crowd --format jsonl --churn 0.02 --frames 30 | hopes serve --input jsonl
+  hopes scene drift --format bin --frames 60 -o drift.points"
 )]
 pub struct Play {
     /// The scene; --list lists all.
@@ -48,7 +50,7 @@ pub struct Play {
     /// How dense: so many points to a length of the hole's radius, along its wall.
     #[arg(long, value_name = "D", default_value = "16", value_parser = points_per_radius)]
     points_per_radius: u32,
-    /// How far off a point may be, uniformly in a disc: a share of the hole's radius, 0 to 0.3.
+    /// How far off its place a point may be, uniformly in a disc: a share of the hole's radius, 0 to 0.3.
     #[arg(long, value_name = "E", default_value = "0.1", value_parser = noise)]
     noise: f64,
     /// Which share of each wall's points is drawn anew in every frame, 0.01 to 1; the others are carried along.
@@ -57,7 +59,10 @@ pub struct Play {
     /// Give the points of each frame in a random order.
     #[arg(long)]
     shuffle: bool,
-    /// Where to write the truth, as JSON lines.
+    /// Where to write the true holes of every frame, and what happens to them, as JSON lines.
+    ///
+    /// Events: born, split, merged, died. A hole counts from a persistence of 0.4 times the smallest radius on ("above"
+    /// in the first line).
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     /// How the points are written.

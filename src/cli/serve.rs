@@ -23,51 +23,53 @@ use crate::view::{Page, Place};
 
 /// Follow streams of points: from stdin to stdout, one JSON line a frame with what changed, or between sockets.
 ///
-/// A blank line, {"commit":true,"time":t}, --frame-points, --frame-every or the end of the input closes a frame. With --listen, any number of producers
-/// feed any number of streams, which any number of consumers follow, until a signal comes.
+/// A frame is closed by a blank line, {"commit":true,"time":t}, --frame-points, --frame-every or the end of the input.
+/// With --listen, any number of producers feed any number of streams, which any number of consumers follow, until a
+/// signal comes. With --view, a live page shows all streams.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new(PLACES).multiple(true))]
-#[command(after_help = "Examples:
-  sensor | hopes serve --window points:10000 --frame-points 1000
-  camera-edges | hopes serve --input jsonl --window frames:1 | jq -c '[.frame, .view.cycles]'
-  camera-edges | hopes serve --input jsonl --window frames:1 --track view | jq -c '.frame as $f | .tracks[] | [$f, .id, .event, .center]'
-  tail -f log.csv | hopes serve --columns lon,lat --window time:60 --frame-every 100ms
-  hopes serve --listen unix:/tmp/hopes.sock --stream cam:window=frames:1 &
-  camera-edges | hopes feed - --to unix:/tmp/hopes.sock --stream cam & hopes watch --from unix:/tmp/hopes.sock --stream cam
-  camera-edges | hopes serve --input jsonl --window frames:1 --view 127.0.0.1:8080")]
+#[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{BEHAVIOUR}\n\n{KEYS}"))]
 pub struct Serve {
     /// How points are written on stdin [default: text]. With --listen, stdin is read only if this is given.
     #[arg(long, value_enum)]
     input: Option<InputFormat>,
-    /// Columns of text input, by number from 1 or by name in the header; a third one is the event time.
+    /// Columns of a table, by number from 1 or by name in the header; a third one is the event time.
     #[arg(long, value_name = "X,Y[,T]", default_value = "1,2")]
     columns: Columns,
-    /// Which points stay: all, points:N (the last N), frames:N (the last N frames), time:T (the last T of event time).
+    /// Which points stay: all, points:N, frames:N or time:T.
+    ///
+    /// all: until they are retracted. points:N: the last N. frames:N: those of the last N frames; with N = 1 every
+    /// frame replaces the cloud. time:T: those not older than the newest event time by more than T. A point without a
+    /// time counts as of the newest time known; one that is too old is refused.
     #[arg(long, value_name = "WINDOW", default_value = "all", value_parser = window)]
     window: hopes::topology::Window,
     /// Snap positions to a grid of this step.
     #[arg(long, value_name = "STEP", value_parser = resolution)]
     resolution: Option<f64>,
-    #[command(flatten)]
-    view: ViewArgs,
     /// Close a frame after so many points.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frame_points: Option<u64>,
     /// Close a frame every so often, such as 100ms.
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     frame_every: Option<Duration>,
-    /// How frames are written on stdout [default: jsonl]. With --listen or --view, stdout is written only if this is given.
+    /// How frames are written on stdout [default: jsonl]. With --listen or --view, only if this is given.
     #[arg(long, value_enum)]
     output: Option<OutputFormat>,
-    /// Stop at the first line or point that cannot be used (exit code 3).
+    /// Stop at the first line or point on stdin that cannot be used (exit code 3).
+    ///
+    /// Without it, all are counted, and the first hundred are reported with their line.
     #[arg(long)]
     strict: bool,
-    /// Reduce tiles on so many threads; the output is the same on any number [default: one for each processor].
+    /// Reduce tiles on so many threads [default: one for each processor].
+    ///
+    /// The output is the same, byte for byte, on any number of threads.
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
-    /// Recompute every frame from scratch and compare; stop at a difference (exit code 1). Slow: for those who want to be sure.
+    /// Recompute every frame from scratch and compare; stop at a difference (exit code 1). Slow.
     #[arg(long)]
     check: bool,
+    #[command(flatten)]
+    view: ViewArgs,
     #[command(flatten)]
     tracks: TrackArgs,
     /// List all living tracks in every frame on stdout.
@@ -83,7 +85,10 @@ pub struct Serve {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Live page")]
 struct PageArgs {
-    /// Show all streams on a page at this address, to be read by a browser; also /metrics, /healthz and /api/streams. With it, stdout is written only if --output is given.
+    /// Show all streams on a page at this address, for browsers; also /metrics, /healthz and /api/streams.
+    ///
+    /// For this machine only, unless --allow-remote is given. With it, stdin is read, unless --listen is given too;
+    /// stdout is written only if --output is given; and the daemon runs until a signal comes.
     #[arg(long = "view", value_name = "HOST:PORT", group = PLACES, value_parser = host_and_port)]
     address: Option<String>,
     /// A name by which browsers of other machines may ask for the page, besides its addresses. May be repeated.
@@ -91,23 +96,64 @@ struct PageArgs {
     names: Vec<String>,
 }
 
+const EXAMPLES: &str = "Examples:
+  sensor | hopes serve --window points:10000 --frame-points 1000
+  camera-edges | hopes serve --input jsonl --window frames:1 | jq -c '[.frame, .view.cycles]'
+  camera-edges | hopes serve --input jsonl --window frames:1 --track view | jq -c .tracks
+  tail -f log.csv | hopes serve --columns lon,lat,unix --window time:60 --frame-every 100ms
+  camera-edges | hopes serve --input jsonl --window frames:1 --track view --view 127.0.0.1:8080
+  hopes serve --listen unix:/tmp/hopes.sock --stream cam:window=frames:1 --track top:20";
+
+const BEHAVIOUR: &str = "\
+A frame without a change is still a line. A frame costs what changed: one pass or tiles is chosen
+frame by frame. A slow reader of stdout slows the producer: nothing is dropped, and memory stays
+bounded. A slow consumer on a socket slows no other. A stream that no consumer follows costs only
+taking its points in. A simplified view costs a pass over the skeleton in every frame.
+
+Ctrl-C and SIGTERM finish and send what has come, then end with exit code 0; a second one ends at
+once. A closed pipe is not an error.";
+
+const KEYS: &str = "Keys of a JSON line:
+  stream    its name
+  frame     its number, from 1
+  from      the frame that the line is a diff from; 0 is nothing
+  time      that of the commit, else the newest event time, else null
+  points    how many distinct positions
+  rejected  lines and points since the frame before that could not be used
+  view      kind, k, l, ds, vs (or alpha), components, cycles
+  vertices  add [[id,x,y]], del [id]: all of the cloud
+  edges     add [[a,b]], del [[a,b]]: the view's tree edges, smaller id first
+  critical  set [[a,b,birth,death]], del [[a,b]]
+  checksum  of all that a consumer then holds, 16 hexadecimal digits (protocol/SPEC.md)
+  tracks    with --track: id, event, age, birth, death, center, radius, area, velocity, and of
+            some events from (split), into (merged), changed (updated: center, birth, death)
+  alive     with --track-list: [[id,x,y,radius,birth,death]]
+
+A vertex is a distinct position. Its id is never used again, and lasts until the last point on it
+is gone at the end of a frame. All lists are sorted. What did not change is not mentioned. A number
+that is not finite is null.
+
+Events: born, split, updated, unselected, reselected, merged, died. Where a hole divides, the part
+with the larger death keeps the id; where two become one, the one with the larger death goes on.";
+
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum InputFormat {
     /// A table: comma, semicolon, tab or blank separated.
     #[default]
     Text,
-    /// JSON lines.
+    /// JSON lines: [x,y], [x,y,t], {"x":..,"y":..,"t":..}, {"points":[[x,y],...],"t":..}, {"retract":[[x,y],...]},
+    /// {"commit":true,"time":t}.
     Jsonl,
-    /// Batches and commits of the protocol.
+    /// Messages of the protocol: Batch, Retract and Commit.
     Bin,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum OutputFormat {
-    /// JSON lines.
+    /// A JSON line a frame.
     #[default]
     Jsonl,
-    /// A recording in the protocol's bytes.
+    /// A recording in the protocol's bytes, for replay.
     Bin,
 }
 

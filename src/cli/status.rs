@@ -1,6 +1,7 @@
 //! `hopes status`: how a daemon is, and its streams.
 //!
-//! In: an address. Out: a table, or JSON.
+//! In: an address.
+//! Out: a table, or JSON.
 //! Must not know: how the daemon is asked, how it comes to its numbers.
 
 use std::io::{self, Write};
@@ -16,7 +17,7 @@ use super::args::From;
 use crate::client::status::ask;
 use crate::formats::aligned::{self, Column, numbers, words};
 
-/// Show how a daemon is: its streams, who feeds and follows them, what was refused, dropped or late.
+/// Show a daemon's streams: who feeds and follows them, points, memory, what was refused, dropped or merged.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   hopes status --from unix:/tmp/hopes.sock
@@ -69,7 +70,8 @@ fn write_table(out: &mut impl Write, status: &Numbers) -> io::Result<()> {
     let memory = HumanBytes(memory);
     writeln!(
         out,
-        "{software}, up {uptime}, {connections} connections, {refused_messages} messages refused, memory {memory} ({limit})",
+        "{software}, up {uptime}, {connections} connections, {refused_messages} messages refused, \
+         memory {memory} ({limit})",
     )?;
     if status.streams.is_empty() {
         return writeln!(out, "no streams");

@@ -2,8 +2,8 @@
 //!
 //! In: JSON lines from a file or stdin.
 //! Out: the table on stdout, the picture in a file, both at the end of the input or at a signal.
-//! Invariants: lines that cannot be used are reported, counted and left out, unless `--strict` stops at the first. Memory
-//! grows with tracks, not with frames.
+//! Invariants: lines that cannot be used are reported, counted and left out, unless `--strict` stops at the first.
+//! Memory grows with tracks, not with frames.
 //! Must not know: how lines are read, how tables and pictures are made.
 
 use std::fmt;
@@ -28,13 +28,11 @@ use crate::formats::tracks::table::TableFormat;
 
 /// Show the lives of tracks: a table of all of them, and a picture.
 ///
-/// Reads the JSON lines that serve --track writes, to their end or until Ctrl-C.
+/// Reads the JSON lines that serve --track or watch --tracks --output jsonl have written, to their end or until Ctrl-C.
+/// Writes a line a track: when it began and ended and how, and its persistence, centre and radius when it was most
+/// persistent. Lines that report nothing known, or contradict earlier ones, are reported and left out.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
-  hopes serve --window frames:1 --track view < points.txt > frames.jsonl
-  hopes tracks frames.jsonl                                a line a track
-  hopes tracks frames.jsonl --svg lives.svg --most 30      and a picture of the 30 most persistent
-  produce | hopes serve --track top:5 | hopes tracks - --format csv > tracks.csv")]
+#[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{FACTS}"))]
 pub struct Tracks {
     /// What serve --track has written; - for stdin.
     #[arg(value_name = "FILE")]
@@ -43,10 +41,19 @@ pub struct Tracks {
     #[arg(short, long, value_enum, default_value_t)]
     format: TableFormat,
     /// Also draw the lives as bars, into this file.
+    ///
+    /// Bars are coloured by persistence, and paler where a track is not selected. Splits and mergers are links;
+    /// relatives are beside each other.
     #[arg(long, value_name = "PICTURE")]
     svg: Option<PathBuf>,
-    /// Draw the N most persistent tracks only.
-    #[arg(long, value_name = "N", default_value = "100", requires = "svg", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    /// Draw the N most persistent tracks only; the picture says how many are left out.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value = "100",
+        requires = "svg",
+        value_parser = clap::value_parser!(u32).range(1..=10_000)
+    )]
     most: u32,
     /// Draw over frames, or over their times.
     #[arg(long, value_enum, default_value_t, requires = "svg")]
@@ -55,6 +62,16 @@ pub struct Tracks {
     #[arg(long)]
     strict: bool,
 }
+
+const EXAMPLES: &str = "Examples:
+  hopes serve --window frames:1 --track view < points.txt > tracked.jsonl
+  hopes tracks frames.jsonl                                a line a track
+  hopes tracks frames.jsonl --svg lives.svg --most 30      and a picture of the 30 most persistent
+  produce | hopes serve --track top:5 | hopes tracks - --format csv > tracks.csv";
+
+const FACTS: &str = "\
+A track that was there before the first line has begun \"before\". Without --track-list the peak is
+exact to --track-delta. Memory grows with tracks, not with frames. A line has at most 256 MiB.";
 
 /// Lines that may wait to be taken.
 const WAITING: usize = 16;

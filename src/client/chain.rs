@@ -1,6 +1,7 @@
 //! An error with its causes, on one line of a log.
 //!
-//! In: an error. Out: its text and those of its sources, separated by colons.
+//! In: an error.
+//! Out: its text and those of its sources, separated by colons.
 //! Must not know: which errors there are.
 
 use std::error::Error;

@@ -3,8 +3,8 @@
 //! In: [`Input`]s, from a thread of the caller.
 //! Out: messages to a daemon; input errors about points that it refuses.
 //! Threads: the caller's reads, one sends, one takes the answers.
-//! Invariants: a bounded number of messages is unanswered, so memory is bounded and a slow daemon slows the reading. All
-//! that was sent is answered before the end.
+//! Invariants: a bounded number of messages is unanswered, so memory is bounded and a slow daemon slows the
+//! reading. All that was sent is answered before the end.
 //! Must not know: where points come from, the skeleton, arguments.
 
 mod error;
@@ -198,7 +198,8 @@ impl Delivery<'_> {
         let back = if taken_back > 0 { format!(", {taken_back} taken back") } else { String::new() };
         let stream = self.stream;
         tracing::info!(
-            "stream {stream}: {accepted} points accepted{back}, {refused} refused, {dropped} dropped; {frames} frames, the last is {newest}"
+            "stream {stream}: {accepted} points accepted{back}, {refused} refused, {dropped} dropped; \
+             {frames} frames, the last is {newest}"
         );
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! In: a [`Subscription`].
 //! Out: its messages, to a [`MessageSink`].
-//! Invariants: every frame that is handed on was proved by its checksum. A gap is never silent: it is logged, and closed
-//! by a new snapshot. Attempts to subscribe or to connect again are bounded in number, pace and time.
+//! Invariants: every frame that is handed on was proved by its checksum. A gap is never silent: it is logged, and
+//! closed by a new snapshot. Attempts to subscribe or to connect again are bounded in number, pace and time.
 //! Must not know: how messages are written, arguments.
 
 mod error;

@@ -2,8 +2,8 @@
 //!
 //! In: a daemon's messages about streams, live or recorded.
 //! Out: whether a message was a frame, or why it cannot be believed.
-//! Invariants: a frame that was taken is proved by its checksum. A mirror outlives its connection, so that the stream
-//! can be resumed. The number of mirrors is bounded.
+//! Invariants: a frame that was taken is proved by its checksum. A mirror outlives its connection, so that the
+//! stream can be resumed. The number of mirrors is bounded.
 //! Must not know: where messages come from, how they are shown.
 
 use std::collections::BTreeMap;

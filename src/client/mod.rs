@@ -1,6 +1,7 @@
 //! A client of a daemon: connecting, sending points, following streams, asking for numbers.
 //!
-//! In: an address; points to send, or the streams to follow. Out: outcomes; proved frames.
+//! In: an address; points to send, or the streams to follow.
+//! Out: outcomes; proved frames.
 //! Invariants: nothing waits for ever; a frame that is handed on is proved by its checksum.
 //! Must not know: arguments, how frames are shown.
 

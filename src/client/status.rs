@@ -1,6 +1,7 @@
 //! Asking a daemon for its numbers.
 //!
-//! In: an address. Out: the daemon's answer, or why there is none.
+//! In: an address.
+//! Out: the daemon's answer, or why there is none.
 //! Must not know: how the numbers are shown.
 
 use hopes_protocol::{Message, Status, StatusWanted};

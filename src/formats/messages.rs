@@ -1,10 +1,10 @@
-//! The forms in which messages about streams are written: a line a frame for people, what happens to tracks, JSON lines,
-//! a recording.
+//! The forms in which messages about streams are written: a line a frame for people, what happens to tracks, JSON
+//! lines, a recording.
 //!
 //! In: messages that were checked against a mirror, each with the name of its stream.
 //! Out: text or bytes on a sink, flushed with every message.
-//! Invariants: the JSON line of a frame is that of `serve`; a gap is always announced (`lagged`); what a peer has named
-//! is printable.
+//! Invariants: the JSON line of a frame is that of `serve`; a gap is always announced (`lagged`); what a peer has
+//! named is printable.
 //! Must not know: where messages come from.
 
 use std::fmt;

@@ -1,8 +1,10 @@
 //! Points on their way out, in the forms that `serve` and `feed` read.
 //!
-//! In: points to add and to take back, ends of frames. Out: text, JSON lines, or messages of the protocol. Invariants:
-//! numbers are written so that they are read as the same; no line and no message has more than a bounded number of
-//! points. Must not know: where points come from.
+//! In: points to add and to take back, ends of frames.
+//! Out: text, JSON lines, or messages of the protocol.
+//! Invariants: numbers are written so that they are read as the same; no line and no message has more than a
+//! bounded number of points.
+//! Must not know: where points come from.
 
 use std::fmt::Display;
 use std::io::{self, Write};

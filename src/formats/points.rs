@@ -1,10 +1,10 @@
 //! Points as `serve` and `feed` read them: text, JSON lines or the bytes of the protocol, as one series of inputs.
 //!
 //! In: a file, stdin or memory.
-//! Out: [`Input`]s. Points come in batches of bounded size, each point with its place: the line that it stands on, or
-//! the byte at which its frame of the protocol begins.
-//! Invariants: points that have arrived are sent on at once when no further bytes are waiting. Nothing is left behind at
-//! the end. A sink that returns false ends the reading.
+//! Out: [`Input`]s. Points come in batches of bounded size, each point with its place: the line that it stands on,
+//! or the byte at which its frame of the protocol begins.
+//! Invariants: points that have arrived are sent on at once when no further bytes are waiting. Nothing is left
+//! behind at the end. A sink that returns false ends the reading.
 //! Must not know: where inputs go.
 
 use std::fs::File;

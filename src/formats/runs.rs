@@ -1,9 +1,10 @@
 //! Points of a file as a pipeline takes them: long runs of points to insert or to retract.
 //!
 //! In: a [`RunSource`].
-//! Out: [`Found`]: runs, what cannot be used, and a guess of how many points are still to come; in the order of the lines.
-//! Invariants: positions that cannot be are refused here, where the line is known. Points that have arrived are sent on
-//! at once when no further bytes are waiting. A sink that returns false ends the reading.
+//! Out: [`Found`]: runs, what cannot be used, and a guess of how many points are still to come; in the order of the
+//! lines.
+//! Invariants: positions that cannot be are refused here, where the line is known. Points that have arrived are
+//! sent on at once when no further bytes are waiting. A sink that returns false ends the reading.
 //! Must not know: what is computed of the points.
 
 use std::fmt::Display;
@@ -20,7 +21,7 @@ use super::input::{Columns, Format, Limits, ReadError, Reader, Record};
 pub struct RunSource {
     /// The file; - for stdin.
     pub file: PathBuf,
-    /// How the points are written; by default the file's name and first bytes tell.
+    /// How the points are written; by default, by the file's name or first bytes.
     pub format: Option<Format>,
     /// Columns of a table.
     pub columns: Columns,
@@ -28,7 +29,7 @@ pub struct RunSource {
     pub resolution: Option<f64>,
 }
 
-/// How many bytes may tell the form of the input.
+/// How many bytes the form is guessed from.
 const SNIFFED: u64 = 4096;
 
 /// Points of one run, at most.
@@ -102,10 +103,10 @@ impl RunSource {
                 Some(Record::Commit { .. } | Record::Blank | Record::Nothing) => Ok(()),
                 Some(Record::Bad(bad)) => gatherer.report_error(&bad),
             };
-            let told = if line == SAMPLE { gatherer.announce(reader.bytes_read(), length) } else { Ok(()) };
+            let announced = if line == SAMPLE { gatherer.announce(reader.bytes_read(), length) } else { Ok(()) };
             // Nothing waits here while the source has no further bytes.
             let flushed = if reader.is_ready() { Ok(()) } else { gatherer.flush() };
-            if let Err(Closed) = sent.and(told).and(flushed) {
+            if let Err(Closed) = sent.and(announced).and(flushed) {
                 return Ok(());
             }
             if line % 65_536 == 0 {
@@ -130,7 +131,7 @@ impl RunSource {
         self.resolution.map_or(Ok(position), |step| position.snapped(step))
     }
 
-    /// The input's form, told from its first bytes where the file's name says nothing, and all of its bytes.
+    /// The form of the input, guessed from its first bytes if the file's name does not say it, and all of its bytes.
     fn open(&self) -> Result<(Format, Box<dyn Read>), RunsError> {
         let is_stdin = self.file == Path::new("-");
         let path = || self.file.clone();

@@ -1,6 +1,8 @@
 //! A number for people, to four digits.
 //!
-//! In: any number. Out: text. Invariants: it is read as the number rounded to four digits.
+//! In: any number.
+//! Out: text.
+//! Invariants: it is read as the number rounded to four digits.
 //! Must not know: where it is shown.
 
 use std::fmt;

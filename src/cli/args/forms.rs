@@ -1,6 +1,7 @@
 //! The words for the forms of input and output, with their help.
 //!
-//! In: the forms that `formats` knows. Out: possible values of options.
+//! In: the forms that `formats` knows.
+//! Out: possible values of options.
 //! Must not know: how the forms are read and written.
 
 use clap::ValueEnum;
@@ -31,10 +32,10 @@ macro_rules! words {
 
 words!(OutputFormat {
     Json "json" "Everything, as one JSON object"
-    Svg "svg" "Picture of the skeleton beside the persistence diagram"
-    Png "png" "The same picture, in pixels"
-    Csv "csv" "A table of the view's edges"
-    Geojson "geojson" "The view's edges as features for maps"
+    Svg "svg" "Cloud and skeleton, critical edges coloured by persistence, beside the persistence diagram"
+    Png "png" "The same picture, in pixels (needs the feature png, on by default)"
+    Csv "csv" "A table of the view's edges, one a line"
+    Geojson "geojson" "The view's edges and holes as features"
 });
 
 words!(MessageForm {
@@ -57,8 +58,8 @@ words!(InputForm {
 });
 
 words!(TableFormat {
-    Table "table" "Columns, for people"
-    Csv "csv" "With a header line"
+    Table "table" "For people: streams and times have columns only where there are any"
+    Csv "csv" "All columns, with a header line"
     Json "json" "One object on one line"
 });
 

@@ -1,6 +1,7 @@
 //! Arguments that several subcommands share, or that fill a file of their own.
 //!
-//! In: words of the command line. Out: options of the core, of the daemon, of the client and of formats.
+//! In: words of the command line.
+//! Out: options of the core, of the daemon, of the client and of formats.
 //! Invariants: a value that cannot be used is refused here, with what it may be; every scale is a radius.
 //! Must not know: input and output.
 

@@ -1,6 +1,7 @@
 //! Options of producers and consumers of a daemon.
 //!
-//! In: words of the command line. Out: addresses, subscriptions.
+//! In: words of the command line.
+//! Out: addresses, subscriptions.
 //! Must not know: how a daemon is talked to.
 
 use std::num::NonZeroU32;
@@ -21,7 +22,7 @@ pub struct To {
     pub to: Address,
 }
 
-/// The daemon that a consumer listens to.
+/// The daemon that a consumer connects to.
 #[derive(Clone, Debug, Args)]
 pub struct From {
     /// Where the daemon listens: unix:PATH or tcp:HOST:PORT.
@@ -34,23 +35,36 @@ pub struct From {
 pub struct FollowArgs {
     #[command(flatten)]
     from: From,
-    /// Name of the stream, or a pattern in which * stands for any characters; it may still be to come.
+    /// Name of the stream, or a pattern such as 'cam*', in which * stands for any characters.
+    ///
+    /// Streams that are created later are followed too.
     #[arg(long, value_name = "NAME", default_value = "default", value_parser = pattern)]
     stream: String,
-    #[command(flatten)]
-    view: SimplifiedViewArgs,
-    /// Also the most persistent dots whenever they change: so many, or all.
+    /// Also the N most persistent dots, or all, whenever they change.
     #[arg(long, value_name = "N|all", value_parser = dots)]
     dots: Option<wire::DotsWanted>,
-    /// Also what happens to tracks; the daemon follows them if it was started with --track. With "all", every living track in every frame, too.
-    #[arg(long, value_name = "events|all", value_parser = tracks, num_args = 0..=1, require_equals = true, default_missing_value = "events")]
+    /// Also what happens to tracks; with "all", every living track in every frame, too.
+    ///
+    /// The daemon follows tracks if it was started with --track.
+    #[arg(
+        long,
+        value_name = "events|all",
+        value_parser = tracks,
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "events"
+    )]
     tracks: Option<wire::TracksWanted>,
     /// End after so many frames.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
-    /// Connect again when the connection is lost or the daemon says goodbye, for up to a minute, and resume where possible.
+    /// Connect again when the connection is lost or the daemon says goodbye.
+    ///
+    /// It tries for up to a minute, and resumes after the last frame where the daemon still can.
     #[arg(long)]
     reconnect: bool,
+    #[command(flatten)]
+    view: SimplifiedViewArgs,
 }
 
 impl FollowArgs {
@@ -78,7 +92,7 @@ fn dots(word: &str) -> Result<wire::DotsWanted, String> {
     }
 }
 
-/// What is told of tracks.
+/// What is sent of tracks.
 fn tracks(word: &str) -> Result<wire::TracksWanted, String> {
     match word {
         "events" => Ok(wire::TracksWanted::Events),

@@ -1,6 +1,7 @@
 //! Options of tracks: which persistent cycles are followed over time.
 //!
-//! In: words of the command line. Out: the core's options.
+//! In: words of the command line.
+//! Out: the core's options.
 //! Must not know: input and output.
 
 use std::num::NonZeroU32;
@@ -14,16 +15,21 @@ use super::values::scale;
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Tracks")]
 pub struct TrackArgs {
-    /// Follow persistent cycles over frames, each under an id that lasts: those of the view, the M most persistent, or those of at least a persistence: view, top:M, above:P.
+    /// Follow persistent cycles over frames, each under an id that lasts: view, top:M or above:P.
+    ///
+    /// It says which dots begin tracks: those of the view (-k, -l, --alpha, --full), the M most persistent, or those of
+    /// a persistence of at least P. At most 8192 at a time; a warning says how many more there would be.
     #[arg(long, value_name = "WHICH", value_parser = track)]
     track: Option<TrackWord>,
-    /// Announce a track when it was selected in N frames on end.
+    /// Announce a track when its dot was selected in N frames on end.
     #[arg(long, value_name = "N", default_value = "2", requires = "track")]
     track_confirm: NonZeroU32,
-    /// End a track when it was missing in N frames on end.
+    /// End a track when its dot was missing in N frames on end.
+    ///
+    /// A dot that is no longer selected stays its track's down to half of the persistence that it had when it last was.
     #[arg(long, value_name = "N", default_value = "2", requires = "track")]
     track_miss: NonZeroU32,
-    /// Tell of changes of a track's centre, birth and death only if one is larger than DELTA (a length).
+    /// Report changes of a track's centre, birth and death only beyond DELTA (a length).
     #[arg(long, value_name = "DELTA", default_value = "0", value_parser = scale, requires = "track")]
     track_delta: f64,
 }

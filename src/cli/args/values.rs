@@ -1,6 +1,7 @@
 //! The small languages of values: scales, windows, durations, numbers of bytes.
 //!
-//! In: words of the command line. Out: values, or what they may be.
+//! In: words of the command line.
+//! Out: values, or what they may be.
 //! Invariants: a value that the core could not use is refused here.
 //! Must not know: options.
 

@@ -1,6 +1,7 @@
 //! Options of a view: which part of the skeleton is shown.
 //!
-//! In: words of the command line. Out: the core's and the protocol's views.
+//! In: words of the command line.
+//! Out: the core's and the protocol's views.
 //! Must not know: input and output.
 
 use std::num::NonZeroU32;
@@ -15,14 +16,15 @@ use crate::daemon;
 
 /// Which part of the skeleton is shown.
 #[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "View")]
 pub struct ViewArgs {
-    /// Derived skeleton: take the dots above the lowest of the K widest diagonal gaps.
+    /// Derived skeleton HoPeS_{k,l}: take the dots above the lowest of the K widest diagonal gaps.
     #[arg(short, long, default_value = "1", value_name = "K")]
     k: NonZeroU32,
-    /// Derived skeleton: cut at the leftmost of the L widest vertical gaps.
+    /// Derived skeleton HoPeS_{k,l}: cut at the leftmost of the L widest vertical gaps.
     #[arg(short, long, default_value = "1", value_name = "L")]
     l: NonZeroU32,
-    /// Reduced skeleton instead: at the scale ALPHA (a radius).
+    /// Reduced skeleton HoPeS(C; ALPHA) instead: at the scale ALPHA, a radius.
     #[arg(long, value_name = "ALPHA", value_parser = scale, conflicts_with_all = ["k", "l", "full"])]
     alpha: Option<f64>,
     /// The whole skeleton instead: the tree and every critical edge.
@@ -46,8 +48,16 @@ impl ViewArgs {
 pub struct SimplifiedViewArgs {
     #[command(flatten)]
     view: ViewArgs,
-    /// Also collapse the view's edges of half-length below RADIUS, the shortest first, keeping all cycles [default: vs, or alpha].
-    #[arg(long, value_name = "RADIUS", value_parser = scale, num_args = 0..=1, require_equals = true)]
+    /// Also collapse edges of half-length below RADIUS, the shortest first, keeping every cycle [default: vs, or
+    /// ALPHA].
+    #[arg(
+        long,
+        value_name = "RADIUS",
+        value_parser = scale,
+        num_args = 0..=1,
+        require_equals = true,
+        help_heading = "View"
+    )]
     simplify: Option<Option<f64>>,
 }
 

@@ -1,8 +1,9 @@
 //! The roles of a demo: threads that can be asked to end, and their end in order.
 //!
-//! In: roles as they start. Out: whether one of them has ended, and how the demo went.
-//! Invariants: all threads are joined. The producer leaves before the daemon, and the printer writes all that the daemon
-//! has sent before its goodbye.
+//! In: roles as they start.
+//! Out: whether one of them has ended, and how the demo went.
+//! Invariants: all threads are joined. The producer leaves before the daemon, and the printer writes all that the
+//! daemon has sent before its goodbye.
 //! Must not know: what a role does.
 
 use std::thread::{self, Scope, ScopedJoinHandle};

@@ -2,8 +2,8 @@
 //!
 //! In: its name.
 //! Out: how it is to be played, and [`Input`]s, from a thread of its own.
-//! Invariants: every frame is closed. Without a number of frames there is no end. The thread ends when its inputs are no
-//! longer received.
+//! Invariants: every frame is closed. Without a number of frames there is no end. The thread ends when its inputs
+//! are no longer received.
 //! Must not know: sockets, pages.
 
 use std::io;

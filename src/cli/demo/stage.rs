@@ -2,9 +2,9 @@
 //!
 //! In: what is played, and a page that is bound.
 //! Out: events of tracks on stdout, the page, and why the demo ended.
-//! Invariants: the printer follows the stream before the producer sends its first point. The first role that ends ends
-//! all, in this order: the producer has its answers, the daemon sends its last frames and says goodbye, the printer has
-//! written them.
+//! Invariants: the printer follows the stream before the producer sends its first point. The first role that ends
+//! ends all, in this order: the producer has its answers, the daemon sends its last frames and says goodbye, the
+//! printer has written them.
 //! Must not know: how frames are followed, what the page shows.
 
 use std::io;

@@ -22,8 +22,8 @@ pub const WAITING: usize = 2;
 /// How long a wait lasts before signals are looked for.
 const MOMENT: Duration = Duration::from_millis(50);
 
-/// Starts the thread. It is not waited for: it may be blocked in a read that never returns, and owns nothing that has to
-/// be finished.
+/// Starts the thread. It is not waited for: it may be blocked in a read that never returns, and owns nothing that has
+/// to be finished.
 pub fn start<T: Send + 'static>(
     finder: Finder,
     inputs: Vec<PathBuf>,

@@ -2,8 +2,8 @@
 //!
 //! In: messages as they are sent, answers as they come, from two threads.
 //! Out: counts; whether there is room to send more; why the delivery ended.
-//! Invariants: every message has one answer, and every answer belongs to a message. A refused point is reported with the
-//! line that it stands on. The first reason to end is the one that is reported.
+//! Invariants: every message has one answer, and every answer belongs to a message. A refused point is reported
+//! with the line that it stands on. The first reason to end is the one that is reported.
 //! Must not know: sockets, how points are read.
 
 use std::collections::BTreeMap;

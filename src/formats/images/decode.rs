@@ -1,9 +1,11 @@
 //! Pictures in files: PNG and JPEG, to gray.
 //!
-//! In: the bytes of a file. Out: a [`GrayImage`], as `cv2.imread(file, IMREAD_GRAYSCALE)` has it: weights of colours,
-//! transparency left out, turned as its Exif says. Invariants: a picture has at most [`MOST_PIXELS`] and a file at most
-//! [`MOST_BYTES`], and memory is bounded by them; one that is cut off or damaged is refused as a whole. Must not know:
-//! what is looked for in pictures.
+//! In: the bytes of a file.
+//! Out: a [`GrayImage`], as `cv2.imread(file, IMREAD_GRAYSCALE)` has it: weights of colours, transparency left out,
+//! turned as its Exif says.
+//! Invariants: a picture has at most [`MOST_PIXELS`] and a file at most [`MOST_BYTES`], and memory is bounded by
+//! them; one that is cut off or damaged is refused as a whole.
+//! Must not know: what is looked for in pictures.
 
 use std::io::{self, Cursor, Read};
 
@@ -118,7 +120,7 @@ fn png(bytes: &[u8]) -> Result<(GrayImage, Orientation), DecodeError> {
             gray.append(row.data(), &mut pixels);
         }
     }
-    // All pixels are there. What comes after them may tell how to turn it, and is not needed otherwise.
+    // All pixels are there. Chunks after them may have the orientation, and are not needed otherwise.
     drop(reader.finish());
     let exif = reader.info().exif_metadata.as_deref();
     Ok((GrayImage { width, height, pixels }, exif.map(orientation::of).unwrap_or_default()))

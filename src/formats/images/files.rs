@@ -1,12 +1,13 @@
 //! Which files are meant: those that are named, and the pictures of folders that are named.
 //!
-//! In: names. Out: files, in order.
-//! Invariants: the pictures of a folder come in natural order of their names: 2 before 10. A name that cannot be opened
-//! is refused before anything is read.
+//! In: names.
+//! Out: files, in order.
+//! Invariants: the pictures of a folder come in natural order of their names: 2 before 10. A name that cannot be
+//! opened is refused before anything is read.
 //! Must not know: what is in files.
 //!
-//! Natural order is ours, not that of the crate `natord`: that one skips blanks and compares numbers that begin with a
-//! zero as fractions, so that `f002` would not stand beside `f2`.
+//! Natural order is ours, not that of the crate `natord`: that one skips blanks and compares numbers that begin
+//! with a zero as fractions, so that `f002` would not stand beside `f2`.
 
 use std::cmp::Ordering;
 use std::io;

@@ -2,8 +2,9 @@
 //!
 //! In: files, or stdin.
 //! Out: [`Found`]: the edge pixels of each picture and frame, or why one cannot be used.
-//! Invariants: pictures and frames come in order. They are counted whether they can be used or not, so that one that
-//! cannot does not shift the times of others. Memory is bounded by the largest one. A sink that returns false ends it.
+//! Invariants: pictures and frames come in order. They are counted whether they can be used or not, so that one
+//! that cannot does not shift the times of others. Memory is bounded by the largest one. A sink that returns false
+//! ends it.
 //! Must not know: where edges go.
 
 use std::fmt::Display;
@@ -54,7 +55,7 @@ pub struct Finder {
     pub y_up: bool,
     /// Frames a second, for event times, where a video does not say it.
     pub rate: Option<f64>,
-    /// What files hold; none: their first bytes tell.
+    /// What files hold; none: by their first bytes.
     pub input: Option<InputForm>,
     /// Of bare frames.
     pub size: Option<Size>,

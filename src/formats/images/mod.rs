@@ -1,6 +1,7 @@
 //! Images and video: from files and bytes to gray pictures, and to the edges in them.
 //!
-//! In: files, or bytes of a pipe. Out: edge pixels of each picture and frame.
+//! In: files, or bytes of a pipe.
+//! Out: edge pixels of each picture and frame.
 //! Invariants: memory is bounded by the largest picture allowed.
 //! Must not know: where edges go, arguments.
 

@@ -1,8 +1,10 @@
 //! The right panel: the persistence diagram.
 //!
-//! In: a [`Scene`]. Out: shapes on the page. Invariants: both axes begin at 0 and have one scale, so the diagonal is
-//! one; every dot is inside the frame, one that never dies on its upper edge; dots of the view are on top and have
-//! their colour. Must not know: the plane.
+//! In: a [`Scene`].
+//! Out: shapes on the page.
+//! Invariants: both axes begin at 0 and have one scale, so the diagonal is one; every dot is inside the frame, one
+//! that never dies on its upper edge; dots of the view are on top and have their colour.
+//! Must not know: the plane.
 
 use hopes::topology::Dot;
 

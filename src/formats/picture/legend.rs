@@ -1,7 +1,10 @@
 //! What marks and colours mean: the colour bar right of the diagram, the line of samples below the plane.
 //!
-//! In: a [`Scene`], rectangles. Out: shapes on the page. Invariants: only what the picture may show is explained;
-//! samples have the styles of what they stand for; numbers are round. Must not know: how panels are drawn.
+//! In: a [`Scene`], rectangles.
+//! Out: shapes on the page.
+//! Invariants: only what the picture may show is explained; samples have the styles of what they stand for; numbers
+//! are round.
+//! Must not know: how panels are drawn.
 
 use hopes::topology::ViewSpec;
 

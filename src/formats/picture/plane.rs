@@ -1,7 +1,9 @@
 //! The left panel: the cloud, the tree, the critical edges, their holes, the simplified skeleton.
 //!
-//! In: a [`Scene`]. Out: shapes on the page, the most important on top. Invariants: holes are drawn for the most
-//! persistent dots only, marks are thinned to the panel's pixels; critical edges have the colour of their persistence.
+//! In: a [`Scene`].
+//! Out: shapes on the page, the most important on top.
+//! Invariants: holes are drawn for the most persistent dots only, marks are thinned to the panel's pixels; critical
+//! edges have the colour of their persistence.
 //! Must not know: the diagram, gaps.
 
 use hopes::topology::{Edge, Skeleton};

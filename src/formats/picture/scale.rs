@@ -1,6 +1,7 @@
 //! The scale of a persistence diagram.
 //!
-//! In: a [`Scene`], the side of the panel. Out: births and deaths in pixels.
+//! In: a [`Scene`], the side of the panel.
+//! Out: births and deaths in pixels.
 //! Invariants: both axes begin at 0 and have one scale; a dot that never dies is on the upper edge.
 //! Must not know: what is drawn there.
 

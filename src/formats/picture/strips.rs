@@ -1,7 +1,10 @@
-//! What chose the view, inside the diagram: gaps as shaded strips, ds and vs (or alpha) as lines, all of them labelled.
+//! What chose the view, inside the diagram: gaps as shaded strips, ds and vs (or alpha) as lines, all of them
+//! labelled.
 //!
-//! In: a [`Scene`] and the diagram's [`Scale`]. Out: shapes on the page. Invariants: labels of diagonal gaps are above
-//! the frame, all others at its foot, right of the diagonal, where no dot can be; of many gaps the widest are labelled.
+//! In: a [`Scene`] and the diagram's [`Scale`].
+//! Out: shapes on the page.
+//! Invariants: labels of diagonal gaps are above the frame, all others at its foot, right of the diagonal, where no
+//! dot can be; of many gaps the widest are labelled.
 //! Must not know: dots.
 
 use hopes::topology::{Gap, Selection};

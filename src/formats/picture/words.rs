@@ -1,6 +1,8 @@
 //! What the picture says in words.
 //!
-//! In: a [`Scene`], a name. Out: headline, facts, a description for those who cannot see it. Invariants: one line each.
+//! In: a [`Scene`], a name.
+//! Out: headline, facts, a description for those who cannot see it.
+//! Invariants: one line each.
 //! Must not know: shapes.
 
 use hopes::topology::ViewSpec;

@@ -1,7 +1,8 @@
-//! The JSON answer of `compute`; its keys stand in the README.
+//! The JSON answer of `compute`; its keys stand in `hopes compute --help`.
 //!
-//! In: an [`Answer`]. Out: one JSON object on one line. Invariants: lists are written piece by piece, never held as a whole, their pieces made
-//! on all cores; the bytes do not depend on how many cores there are; numbers that are not finite are null. Must not know: files.
+//! In: an [`Answer`]. Out: one JSON object on one line. Invariants: lists are written piece by piece, never held as a
+//! whole; their pieces are made on all cores. The bytes do not depend on the number of cores. Numbers that are not
+//! finite are null. Must not know: files.
 
 use std::io::{self, Write};
 
@@ -135,7 +136,7 @@ struct Piece {
 
 impl Piece {
     fn fill<T, S: Serialize>(&mut self, items: &[T], element: impl Fn(&T) -> S) {
-        // Elements first: what they look up all over the memory is then waited for together.
+        // Elements first: their reads, which are all over the memory, then overlap.
         let elements: Vec<S> = items.iter().map(element).collect();
         self.text.clear();
         self.failure = serde_json::to_writer(&mut self.text, &elements).err();

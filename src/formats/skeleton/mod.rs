@@ -1,7 +1,10 @@
 //! What `compute` writes: one file a format.
 //!
-//! In: an [`Answer`]. Out: bytes. Invariants: a number that is not finite is null in JSON and empty in CSV; vertices are numbered in
-//! order of first appearance. Must not know: where the bytes go.
+//! In: an [`Answer`].
+//! Out: bytes.
+//! Invariants: a number that is not finite is null in JSON and empty in CSV; vertices are numbered in order of
+//! first appearance.
+//! Must not know: where the bytes go.
 
 mod csv;
 mod geojson;

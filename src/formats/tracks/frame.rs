@@ -1,7 +1,10 @@
 //! A frame's tracks, out of a line of `serve --track`.
 //!
-//! In: one line, without its end. Out: the frame's number, its time and its events, or what is wrong with the line. Invariants: keys that are not asked for are skipped and never kept; what of the line appears in a message is short and
-//! printable; a line is good as a whole or refused as a whole. Must not know: other lines; what becomes of the events.
+//! In: one line, without its end.
+//! Out: the frame's number, its time and its events, or what is wrong with the line.
+//! Invariants: keys that are not needed are skipped and never kept. An excerpt of the line in a message is short and
+//! printable. A line is good as a whole or refused as a whole.
+//! Must not know: other lines, what becomes of the events.
 
 use std::borrow::Cow;
 
@@ -24,9 +27,9 @@ pub struct Moment {
 /// A track as it was in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
-    /// None: not finite, or not told.
+    /// None: not finite, or not given.
     pub birth: Option<f64>,
-    /// None: not finite, or not told.
+    /// None: not finite, or not given.
     pub death: Option<f64>,
     /// Of the hole.
     pub center: Option<[f64; 2]>,
@@ -35,7 +38,7 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// None if either end of its life is not finite, or was not told.
+    /// None if either end of its life is not finite, or was not given.
     pub fn persistence(&self) -> Option<f64> {
         let (birth, death) = self.birth.zip(self.death)?;
         Some((death - birth).max(0.0))

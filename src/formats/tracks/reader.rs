@@ -1,6 +1,7 @@
 //! Lines of `serve --track`, one after the other.
 //!
-//! In: bytes. Out: what each line says, with its number.
+//! In: bytes.
+//! Out: what each line says, with its number.
 //! Invariants: blank lines are skipped; a line that is too long is reported and skipped.
 //! Must not know: other lines, what becomes of the frames.
 

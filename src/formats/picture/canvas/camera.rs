@@ -1,8 +1,10 @@
 //! From the plane of the points to pixels.
 //!
-//! In: the points that must be seen. Out: their places in a panel. Invariants: both axes have one scale, y points up;
-//! differences are taken before they are scaled, so offsets and units of any magnitude do not matter; one place alone
-//! is in the middle. Must not know: what is drawn there.
+//! In: the points that must be seen.
+//! Out: their places in a panel.
+//! Invariants: both axes have one scale, y points up; differences are taken before they are scaled, so offsets and
+//! units of any magnitude do not matter; one place alone is in the middle.
+//! Must not know: what is drawn there.
 
 use super::layout::Rect;
 

@@ -1,8 +1,10 @@
 //! Labels along an edge, moved apart where they would overlap.
 //!
-//! In: labels with the place each of them is about, the most important first. Out: where they go. Invariants: labels
-//! keep the order of their places, do not overlap and stay inside the edge; if there is no room for all, the least
-//! important are left out. Must not know: what is labelled.
+//! In: labels with the place each of them is about, the most important first.
+//! Out: where they go.
+//! Invariants: labels keep the order of their places, do not overlap and stay inside the edge; if there is no room
+//! for all, the least important are left out.
+//! Must not know: what is labelled.
 
 use super::page::{Anchor, Page, Type, text_width};
 

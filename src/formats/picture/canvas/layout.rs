@@ -1,7 +1,9 @@
 //! Where the parts of the picture are.
 //!
-//! In: the size of the page. Out: rectangles in pixels, from the page's upper left corner. Invariants: no two parts
-//! overlap; the diagram is square; a page is never so small that a part vanishes. Must not know: what the parts show.
+//! In: the size of the page.
+//! Out: rectangles in pixels, from the page's upper left corner.
+//! Invariants: no two parts overlap; the diagram is square; a page is never so small that a part vanishes.
+//! Must not know: what the parts show.
 
 /// The least size of a page.
 const LEAST: [u32; 2] = [800, 400];

@@ -1,9 +1,11 @@
 //! Many points or segments as the data of one path.
 //!
-//! In: places in pixels. Out: path data in short relative moves. Invariants: it depends on the set of marks, not on
-//! their order; of dots on the same pixel one is kept, of equal segments too, so its size is bounded by the panel's and
-//! not by the cloud's; numbers have at most two decimals, and rounding does not add up along a path. Must not know:
-//! styles.
+//! In: places in pixels.
+//! Out: path data in short relative moves.
+//! Invariants: it depends on the set of marks, not on their order; of dots on the same pixel one is kept, of equal
+//! segments too, so its size is bounded by the panel's and not by the cloud's; numbers have at most two decimals,
+//! and rounding does not add up along a path.
+//! Must not know: styles.
 
 /// A place on the grid, in hundredths of a pixel.
 pub type Place = [i32; 2];

@@ -1,8 +1,10 @@
 //! Numbers for people: round ticks, short values, counts.
 //!
-//! In: values of any magnitude, from 1e-60 to 1e60. Out: strings. Invariants: ticks are multiples of 1, 2 or 5 times a
-//! power of ten; a tick's label is exact, if need be with a power of ten taken out of all of them. Must not know: where
-//! the numbers are shown.
+//! In: values of any magnitude, from 1e-60 to 1e60.
+//! Out: strings.
+//! Invariants: ticks are multiples of 1, 2 or 5 times a power of ten; a tick's label is exact, if need be with a
+//! power of ten taken out of all of them.
+//! Must not know: where the numbers are shown.
 
 /// Round values from 0 on.
 #[derive(Clone, Copy, Debug, PartialEq)]

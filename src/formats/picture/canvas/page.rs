@@ -1,8 +1,10 @@
 //! A page of SVG under construction.
 //!
-//! In: shapes with their attributes, texts, groups. Out: one well-formed document, as a string. Invariants: texts are
-//! escaped and free of characters that XML forbids; coordinates have at most two decimals; what is opened is closed by
-//! the same call. Must not know: what is drawn.
+//! In: shapes with their attributes, texts, groups.
+//! Out: one well-formed document, as a string.
+//! Invariants: texts are escaped and free of characters that XML forbids; coordinates have at most two decimals;
+//! what is opened is closed by the same call.
+//! Must not know: what is drawn.
 
 use std::fmt::{self, Display, Write};
 

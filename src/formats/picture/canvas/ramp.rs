@@ -1,9 +1,11 @@
 //! Colours for persistence.
 //!
-//! In: the largest persistence of a diagram, then others. Out: buckets and their colours, from light (on the diagonal)
-//! to dark (the most persistent). Invariants: perceptually uniform (stops of matplotlib's "plasma", its palest and
-//! darkest ends left out, which are too near to the ground and to the ink); the number of buckets is fixed, so a
-//! picture of a million dots needs no more paths than that. Must not know: dots, shapes.
+//! In: the largest persistence of a diagram, then others.
+//! Out: buckets and their colours, from light (on the diagonal) to dark (the most persistent).
+//! Invariants: perceptually uniform (stops of matplotlib's "plasma", its palest and darkest ends left out, which
+//! are too near to the ground and to the ink); the number of buckets is fixed, so a picture of a million dots needs
+//! no more paths than that.
+//! Must not know: dots, shapes.
 
 use std::fmt::{self, Display};
 
