@@ -1,7 +1,8 @@
 //! The program `hopes`: points in at one end, the skeleton's changes out at the other.
 //!
-//! In: arguments. Out: an exit code: 0 done (a closed pipe and a polite signal are no errors), 1 failed, 2 wrong usage, 3 input
-//! refused under `--strict`. Stdout carries data, stderr carries logs. Must not know: geometry; what a subcommand does.
+//! In: arguments. Out: an exit code: 0 done (also for a closed pipe and after a first signal), 1 failed, 2 wrong usage,
+//! 3 input refused under `--strict`. Stdout carries data, stderr carries logs. Must not know: geometry; what a
+//! subcommand does.
 
 mod cli;
 mod client;
@@ -47,7 +48,7 @@ fn log_to_stderr(level: tracing::Level) {
         .init();
 }
 
-/// Whoever reads our output may stop when they have seen enough.
+/// A program that reads our output may stop when it has seen enough.
 fn is_closed_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         cause.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)

@@ -580,6 +580,13 @@ fn pictures_are_well_formed_and_of_one_size() {
             ("svg", Some("1200"), Some("560"))
         );
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    }
+}
+
+#[cfg(feature = "png")]
+#[test]
+fn pixels_have_the_size_of_the_picture() {
+    for program in shown() {
         let png = program.and("--format png").runs().out();
         assert_eq!(png[..8], *b"\x89PNG\r\n\x1a\n");
         assert_eq!(&png[12..16], b"IHDR");
@@ -601,10 +608,25 @@ fn a_picture_shows_every_dot_and_every_edge_of_a_small_cloud() {
     assert_ne!(svg, hopes("compute - --format svg").reads(SQUARE).text());
 }
 
+#[cfg(not(feature = "png"))]
+#[test]
+fn a_build_without_png_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("x.png");
+    let program = hopes("compute - --format png -o").with(&file);
+    program.reads(SQUARES).fails(2, &["built without PNG output", "--format svg", "feature png"]);
+    assert!(!file.exists());
+}
+
+/// The values of `--format` that this build can write.
+fn formats() -> impl Iterator<Item = &'static str> {
+    ["json", "csv", "geojson", "svg"].into_iter().chain(cfg!(feature = "png").then_some("png"))
+}
+
 #[test]
 fn an_answer_may_go_to_a_file() {
     let folder = tempfile::tempdir().unwrap();
-    for format in ["json", "csv", "geojson", "svg", "png"] {
+    for format in formats() {
         let file = folder.path().join(format!("an answer.{format}"));
         std::fs::write(&file, "what was there before, and is longer than nothing").unwrap();
         let program = hopes(&format!("compute - --format {format}"));
@@ -617,7 +639,7 @@ fn an_answer_may_go_to_a_file() {
 #[test]
 fn the_same_input_gives_the_same_output_byte_for_byte() {
     let input = csv(&random_points(1, 3000)) + "bad\n1,1\n1,1\n";
-    for format in ["json", "csv", "geojson", "svg", "png"] {
+    for format in formats() {
         let program = hopes(&format!("compute - --simplify --format {format}"));
         assert!(program.reads(&input) == program.reads(&input), "{format}");
     }
@@ -647,7 +669,7 @@ fn a_file_that_cannot_be_opened_is_named() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_a_failure() {
-    for format in ["json", "csv", "geojson", "svg", "png"] {
+    for format in formats() {
         let program = hopes(&format!("compute --format {format}")).with(case_file("fig1"));
         program.with("-o").with("/dev/full").runs().fails(1, &["cannot write /dev/full", "No space left"]);
         let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
@@ -661,7 +683,7 @@ fn a_full_disk_is_a_failure() {
 #[test]
 fn a_closed_output_pipe_is_no_error() {
     let input = csv(&random_points(2, 20_000));
-    for format in ["json", "csv", "geojson", "svg", "png"] {
+    for format in formats() {
         let mut running = hopes(&format!("compute - --format {format}")).start();
         let mut stdout = running.take_stdout();
         running.say(&input);

@@ -1,19 +1,23 @@
 //! The command line: one file a subcommand, and what they share.
 //!
-//! In: parsed arguments. Out: a subcommand run. Invariants: every option that takes a scale takes a radius; every help text has an
-//! example. Must not know: how frames are computed.
+//! In: parsed arguments.
+//! Out: a subcommand run.
+//! Invariants: every option that takes a scale takes a radius; every help text has an example.
+//! Must not know: how frames are computed.
 
 mod args;
 mod compute;
 mod demo;
 mod edges;
+mod failure;
 mod feed;
-mod network;
+mod files;
+mod following;
+mod progress;
 mod record;
 mod replay;
 mod scene;
 mod serve;
-mod source;
 mod status;
 mod tracks;
 mod watch;
@@ -21,20 +25,29 @@ mod watch;
 use clap::{Parser, Subcommand};
 use tracing::Level;
 
-use crate::daemon::StrictStop;
+pub use failure::Failure;
 
 /// Live homologically persistent skeletons of 2D points.
 ///
-/// Points come in, the skeleton of their cloud (HoPeS: minimum spanning tree and persistent cycles) goes out, as it changes. There
-/// is no scale to choose: the widest gaps of the persistence diagram choose the cycles.
+/// Points come in. The skeleton of their cloud (HoPeS: minimum spanning tree and persistent cycles) goes out, frame by
+/// frame, as it changes. There is no scale to choose: the widest gaps of the persistence diagram choose the cycles.
 #[derive(Debug, Parser)]
-#[command(version, max_term_width = 100, after_help = "Example: hopes compute points.csv --format svg -o points.svg")]
+#[command(
+    version,
+    max_term_width = 100,
+    after_help = "Examples:
+  hopes demo --frames 60
+  hopes compute points.csv --format svg -o points.svg
+
+Exit codes: 0 done (also after a closed pipe or a first Ctrl-C), 1 failed, 2 wrong usage, 3 refused
+under --strict. Stdout carries data, stderr carries logs."
+)]
 pub struct Cli {
     /// Log more; twice: everything.
-    #[arg(short, long, action = clap::ArgAction::Count, global = true)]
+    #[arg(short, long, action = clap::ArgAction::Count, global = true, help_heading = "Logging")]
     verbose: u8,
     /// Log errors only.
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, help_heading = "Logging")]
     quiet: bool,
     #[command(subcommand)]
     command: Command,
@@ -55,39 +68,8 @@ enum Command {
     Edges(edges::Edges),
 }
 
-/// Why a subcommand did not succeed.
-#[derive(Debug)]
-pub enum Failure {
-    /// Arguments that do not go together.
-    Usage(&'static str),
-    /// `--strict` met something that it does not let pass.
-    Refused(String),
-    /// Something else failed.
-    Failed(anyhow::Error),
-}
-
-impl<E: Into<anyhow::Error>> From<E> for Failure {
-    fn from(error: E) -> Self {
-        let error = error.into();
-        match error.downcast::<StrictStop>() {
-            Ok(stop) => Self::Refused(stop.to_string()),
-            Err(error) => Self::Failed(error),
-        }
-    }
-}
-
-impl Failure {
-    /// As said of a file, or of whatever else has that name.
-    fn of(self, name: &str) -> Self {
-        match self {
-            Self::Failed(error) => Self::Failed(error.context(name.to_owned())),
-            other => other,
-        }
-    }
-}
-
 impl Cli {
-    /// How much is logged. A demo tells its story on stdout, and logs what goes wrong.
+    /// How much is logged. A demo writes events to stdout, and logs only what goes wrong.
     pub fn log_level(&self) -> Level {
         match (self.quiet, self.verbose, &self.command) {
             (true, ..) => Level::ERROR,

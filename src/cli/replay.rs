@@ -1,10 +1,12 @@
 //! `hopes replay`: a recording again, at its own pace or another.
 //!
-//! In: a recording. Out: a line a frame, JSON lines, or a recording. Invariants: every frame shown was proved; of a recording that was cut off all whole frames are shown; a damaged one ends with an error that says where.
+//! In: a recording.
+//! Out: a line a frame, events, JSON lines, or a recording.
+//! Invariants: every frame shown was proved. Of a recording that was cut off, all whole frames are shown. A damaged
+//! one ends with an error that says where.
 //! Must not know: where the recording comes from.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Read};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::thread;
@@ -14,16 +16,17 @@ use anyhow::{Context, bail};
 use clap::Args;
 use hopes_protocol::{Elapsed, Message};
 
-use super::Failure;
 use super::args::rate;
-use crate::client::mirrors::{Streams, Taken};
+use super::{Failure, files};
+use crate::client::mirrors::{Mirrors, Taken};
 use crate::daemon::Stop;
-use crate::formats::messages::{Output, Show};
+use crate::formats::messages::{MessageForm, MessageWriter};
 use crate::formats::recording::{Frames, Next, RecordingError};
 
 /// Play a recording again.
 ///
-/// What record or watch --output bin have written, at the pace at which it was recorded. Every frame is proved by its checksum.
+/// Plays what record, watch --output bin or serve --output bin have written, at the pace at which it was recorded.
+/// Every frame is proved by its checksum. A recording that was cut off is played up to its last whole frame.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   hopes replay camera.hopes                                as it was
@@ -36,18 +39,18 @@ pub struct Replay {
     /// As fast as possible.
     #[arg(long, conflicts_with = "speed")]
     fast: bool,
-    /// So many times as fast as it was recorded.
+    /// X times as fast as it was recorded.
     #[arg(long, value_name = "X", default_value = "1", value_parser = rate)]
     speed: f64,
     /// How frames are written on stdout.
     #[arg(long, value_enum, default_value_t)]
-    output: Output,
+    output: MessageForm,
 }
 
-/// Whoever waits longer than this for a frame is told why.
+/// A longer pause before a frame is logged.
 const LONG_PAUSE: Duration = Duration::from_secs(30);
 
-/// How long anything is waited for before it is seen whether a signal has come.
+/// How long a wait lasts before signals are looked for.
 const MOMENT: Duration = Duration::from_millis(50);
 
 /// Messages that may wait to be shown.
@@ -55,19 +58,13 @@ const WAITING: usize = 4;
 
 impl Replay {
     pub fn run(self) -> Result<(), Failure> {
-        let source: Box<dyn Read + Send> = if self.file == Path::new("-") {
-            Box::new(io::stdin())
-        } else {
-            Box::new(File::open(&self.file).with_context(|| format!("cannot open {}", self.file.display()))?)
-        };
-        let speed = (!self.fast).then_some(self.speed);
-        let sink = BufWriter::with_capacity(1 << 16, io::stdout().lock());
+        let source = files::open(&self.file)?;
         let mut playing = Playing {
             read: read(source)?,
-            show: Show::new(self.output, sink)?,
-            streams: Streams::default(),
+            writer: MessageWriter::new(self.output, files::buffered(io::stdout().lock()))?,
+            mirrors: Mirrors::default(),
             stop: Stop::listen().context("cannot listen to signals")?,
-            speed,
+            speed: (!self.fast).then_some(self.speed),
             begun: Instant::now(),
             elapsed: Duration::ZERO,
             shown: 0,
@@ -78,7 +75,8 @@ impl Replay {
     }
 }
 
-/// Starts the reading thread. Nobody waits for it: it may be blocked in a read that never returns, and owns nothing that has to be finished.
+/// Starts the reading thread. It is not waited for: it may be blocked in a read that never returns, and owns nothing
+/// that has to be finished.
 fn read(source: Box<dyn Read + Send>) -> anyhow::Result<Receiver<Result<Next, RecordingError>>> {
     let (sender, receiver) = sync_channel(WAITING);
     let mut frames = Frames::new(source);
@@ -97,8 +95,8 @@ fn read(source: Box<dyn Read + Send>) -> anyhow::Result<Receiver<Result<Next, Re
 
 struct Playing<W: io::Write> {
     read: Receiver<Result<Next, RecordingError>>,
-    show: Show<W>,
-    streams: Streams,
+    writer: MessageWriter<W>,
+    mirrors: Mirrors,
     stop: Stop,
     /// None: without any pause.
     speed: Option<f64>,
@@ -141,24 +139,25 @@ impl<W: io::Write> Playing<W> {
         if let Message::Batch(_) | Message::Retract(_) | Message::Commit(_) = message {
             bail!("these are points, and no recording: send them with hopes feed --input bin");
         }
-        if self.streams.take_recorded(message).context("damaged: all before it is good")? == Taken::Frame {
+        if self.mirrors.take_recorded(message).context("damaged: all before it is good")? == Taken::Frame {
             self.shown += 1;
         }
-        self.show.message(&self.streams, self.elapsed, channel, message).context("cannot write frames")?;
-        self.streams.forget_closed(message);
+        let name = self.mirrors.name_of(message);
+        self.writer.write(name, self.elapsed, channel, message).context("cannot write frames")?;
+        self.mirrors.forget_closed(message);
         Ok(())
     }
 
-    /// Waits until what was recorded so long after the beginning is due.
+    /// Waits until the message that was recorded so long after the beginning is due.
     fn wait(&mut self, Elapsed { nanoseconds }: Elapsed) {
         self.elapsed = Duration::from_nanos(nanoseconds);
         let Some(speed) = self.speed else { return };
-        // What does not fit is longer than anybody waits.
+        // A pause that does not fit is as good as endless.
         let due = Duration::try_from_secs_f64(self.elapsed.as_secs_f64() / speed).unwrap_or(Duration::MAX);
-        let mut is_told = false;
+        let mut is_logged = false;
         while let Some(left) = due.checked_sub(self.begun.elapsed()).filter(|left| !left.is_zero()) {
-            if left > LONG_PAUSE && !is_told {
-                is_told = true;
+            if left > LONG_PAUSE && !is_logged {
+                is_logged = true;
                 let left = humantime::format_duration(Duration::from_secs(left.as_secs()));
                 tracing::info!("the next frame is due in {left}; --fast does not wait");
             }

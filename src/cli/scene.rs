@@ -1,42 +1,42 @@
 //! `hopes scene`: points whose true holes are known.
 //!
-//! In: a scene's name and options. Out: its points, and its truth in a file. Invariants: every frame that was begun is
-//! written as a whole, in both; the truth of a frame is written before its points. Must not know: how scenes are
-//! played.
+//! In: a scene's name and options.
+//! Out: its points, and its truth in a file.
+//! Invariants: every frame that was begun is written as a whole, in both. The truth of a frame is written before
+//! its points.
+//! Must not know: how scenes are made, how points and truth are written.
 
-mod points;
-mod truth;
-
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use hopes::scene::{Kind, OptionError, Options, Scene};
 
-use super::Failure;
-use super::args::number;
+use super::args::{number, scene};
+use super::{Failure, files};
 use crate::daemon::Stop;
-use points::Points;
-use truth::Truth;
+use crate::formats::point_writer::PointForm;
+use crate::formats::scene::{ScenePoints, Truth};
 
 /// Make points whose true holes are known.
 ///
-/// Rings and other shapes move, open, split, fuse, appear and vanish. Their points come as a stream, and which holes
-/// they truly have, under ids that last, as JSON lines in a file. The same seed gives the same bytes, everywhere.
+/// Rings and other shapes drift, pinch, fuse, open, pass, vanish, breathe, hide behind a bar. Their points come as a
+/// stream, and their true holes, under ids that last, as JSON lines in a file. The same seed gives the same bytes on
+/// every machine.
 #[derive(Debug, Args)]
 #[command(
     name = "scene",
     after_help = "Examples:
   hopes scene --list
-  hopes scene pinch --truth pinch.truth | hopes serve --window frames:1
-  hopes scene crowd --format jsonl --churn 0.02 --frames 3000 | hopes serve --input jsonl
-  hopes scene mixed --format bin -o mixed.points; hopes feed mixed.points --input bin --to unix:/tmp/hopes.sock --rate 30"
+  hopes scene pinch --frames 60 --truth pinch.truth | hopes serve --window frames:1
+  hopes scene pinch --frames 60 | hopes serve --window frames:1 --track above:0.28 | hopes tracks -
+  hopes scene crowd --format jsonl --churn 0.02 --frames 30 | hopes serve --input jsonl
+  hopes scene drift --format bin --frames 60 -o drift.points"
 )]
 pub struct Play {
     /// The scene; --list lists all.
-    #[arg(value_name = "NAME", required_unless_present = "list", value_parser = kind)]
+    #[arg(value_name = "NAME", required_unless_present = "list", value_parser = scene)]
     kind: Option<Kind>,
     /// List the scenes.
     #[arg(long, exclusive = true)]
@@ -50,7 +50,7 @@ pub struct Play {
     /// How dense: so many points to a length of the hole's radius, along its wall.
     #[arg(long, value_name = "D", default_value = "16", value_parser = points_per_radius)]
     points_per_radius: u32,
-    /// How far off a point may be, uniformly in a disc: a share of the hole's radius, 0 to 0.3.
+    /// How far off its place a point may be, uniformly in a disc: a share of the hole's radius, 0 to 0.3.
     #[arg(long, value_name = "E", default_value = "0.1", value_parser = noise)]
     noise: f64,
     /// Which share of each wall's points is drawn anew in every frame, 0.01 to 1; the others are carried along.
@@ -59,7 +59,10 @@ pub struct Play {
     /// Give the points of each frame in a random order.
     #[arg(long)]
     shuffle: bool,
-    /// Where to write the truth, as JSON lines.
+    /// Where to write the true holes of every frame, and what happens to them, as JSON lines.
+    ///
+    /// Events: born, split, merged, died. A hole counts from a persistence of 0.4 times the smallest radius on ("above"
+    /// in the first line).
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     /// How the points are written.
@@ -82,29 +85,47 @@ enum Format {
     Bin,
 }
 
+impl From<Format> for PointForm {
+    fn from(format: Format) -> Self {
+        match format {
+            Format::Text => Self::Text,
+            Format::Jsonl => Self::Jsonl,
+            Format::Bin => Self::Bin,
+        }
+    }
+}
+
 impl Play {
     pub fn run(self) -> Result<(), Failure> {
         let Some(kind) = self.kind else {
             return Ok(list(&mut io::stdout().lock()).context("cannot write to stdout")?);
         };
-        let output = self.output.as_deref().filter(|&path| path != Path::new("-"));
-        match self.truth.as_deref() {
-            Some(truth) if truth == Path::new("-") => {
-                return Err(Failure::Usage("--truth needs a file of its own: stdout carries the points"));
-            }
-            Some(truth) if Some(truth) == output => {
-                return Err(Failure::Usage("--truth and --output name the same file: give each its own"));
-            }
-            _ => {}
-        }
+        let output = self.output.as_deref().filter(|&path| !files::is_pipe(path));
+        self.check(output)?;
         let mut scene = Scene::new(kind, self.options())?;
-        let truth = self.truth.as_deref().map(|path| Ok::<_, anyhow::Error>((path, create(path)?))).transpose()?;
-        let truth = truth.map(|(path, file)| (path, Truth::new(file)));
+        let truth =
+            self.truth.as_deref().map(|path| Ok::<_, anyhow::Error>((path, files::create(path)?))).transpose()?;
+        let truth = truth.map(|(path, file)| (path, Truth::new(files::buffered(file))));
         match output {
-            Some(path) => self.play(kind, &mut scene, truth, create(path)?, &path.display().to_string())?,
-            None => self.play(kind, &mut scene, truth, buffered(io::stdout().lock()), "stdout")?,
+            Some(path) => {
+                let file = files::buffered(files::create(path)?);
+                self.play(kind, &mut scene, truth, file, &path.display().to_string())?;
+            }
+            None => self.play(kind, &mut scene, truth, files::buffered(io::stdout().lock()), "stdout")?,
         }
         Ok(())
+    }
+
+    fn check(&self, output: Option<&Path>) -> Result<(), Failure> {
+        match self.truth.as_deref() {
+            Some(truth) if files::is_pipe(truth) => {
+                Err(Failure::Usage("--truth needs a file of its own: stdout carries the points"))
+            }
+            Some(truth) if Some(truth) == output => {
+                Err(Failure::Usage("--truth and --output name the same file: give each its own"))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn options(&self) -> Options {
@@ -123,9 +144,9 @@ impl Play {
         let mut stop = Stop::listen().context("cannot listen to signals")?;
         let unwritten = || format!("cannot write to {sink_name}");
         if let Some((path, truth)) = &mut truth {
-            truth.header(kind, &self.options(), self.frames, scene).with_context(|| cannot_write(path))?;
+            truth.header(kind, &self.options(), self.frames, scene).with_context(|| files::cannot_write(path))?;
         }
-        let mut points = Points::new(self.format, sink).with_context(unwritten)?;
+        let mut points = ScenePoints::new(self.format.into(), sink).with_context(unwritten)?;
         for number in 1..=self.frames {
             if let Some(signal) = stop.asked() {
                 tracing::info!("{signal}: stopped after {} frames", number - 1);
@@ -133,12 +154,12 @@ impl Play {
             }
             let frame = scene.next_frame();
             if let Some((path, truth)) = &mut truth {
-                truth.frame(&frame).with_context(|| cannot_write(path))?;
+                truth.write(&frame).with_context(|| files::cannot_write(path))?;
             }
-            points.frame(&frame).with_context(unwritten)?;
+            points.write(&frame).with_context(unwritten)?;
         }
         if let Some((path, truth)) = truth {
-            truth.finish().with_context(|| cannot_write(path))?;
+            truth.finish().with_context(|| files::cannot_write(path))?;
         }
         points.finish().with_context(unwritten)
     }
@@ -146,23 +167,6 @@ impl Play {
 
 fn list(sink: &mut impl Write) -> io::Result<()> {
     Kind::ALL.iter().try_for_each(|kind| writeln!(sink, "{:<10}  {}", kind.name(), kind.about()))
-}
-
-fn create(path: &Path) -> anyhow::Result<BufWriter<File>> {
-    Ok(buffered(File::create(path).with_context(|| cannot_write(path))?))
-}
-
-fn buffered<W: Write>(sink: W) -> BufWriter<W> {
-    BufWriter::with_capacity(1 << 16, sink)
-}
-
-fn cannot_write(path: &Path) -> String {
-    format!("cannot write {}", path.display())
-}
-
-/// A scene, by its name.
-pub fn kind(word: &str) -> Result<Kind, String> {
-    word.parse().map_err(|error: hopes::scene::UnknownScene| error.to_string())
 }
 
 fn points_per_radius(word: &str) -> Result<u32, String> {

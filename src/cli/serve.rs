@@ -1,7 +1,8 @@
 //! `hopes serve`: points on stdin and from producers, frames on stdout and to consumers.
 //!
-//! In: options; text, JSON lines or frames of the protocol on stdin. Out: a running daemon; its [`Input`]s, read line by line. Invariants: points that have arrived are
-//! handed on at once when no further line is waiting. Must not know: what the engine does with them.
+//! In: options; text, JSON lines or frames of the protocol on stdin.
+//! Out: a running daemon, and its frames as JSON lines or a recording on stdout.
+//! Must not know: how points are parsed, what the engine does with them.
 
 use std::io;
 use std::num::NonZeroUsize;
@@ -10,73 +11,72 @@ use std::time::Duration;
 use anyhow::Context;
 use clap::{ArgGroup, Args, ValueEnum};
 use hopes::topology::Options;
-
 use hopes_protocol::{Simplify, View};
-use indicatif::ProgressBar;
 
 use super::Failure;
-use super::args::{TrackArgs, ViewArgs, duration, resolution, window};
-use super::network::{Network, PLACES};
-use crate::daemon::{self, BATCH, DaemonError, Feed, Input, Settings, Sink, Source, Stop, StreamSettings};
+use super::args::{PLACES, SocketArgs, TrackArgs, ViewArgs, duration, host_and_port, resolution, window};
+use crate::daemon::{self, BATCH, Feed, Input, Settings, Sink, Source, Stop, StreamSettings};
 use crate::formats::frame_writer::{FrameForm, FrameWriter};
 use crate::formats::input::{Columns, Format};
-use crate::formats::points::{Form, Place as Origin, Source as Points};
+use crate::formats::points::{Form, Origin, PointSource};
 use crate::view::{Page, Place};
 
 /// Follow streams of points: from stdin to stdout, one JSON line a frame with what changed, or between sockets.
 ///
-/// A blank line, {"commit":true,"time":t}, --frame-points, --frame-every or the end of the input closes a frame. With --listen, any number of producers
-/// feed any number of streams, which any number of consumers follow, until a signal comes.
+/// A frame is closed by a blank line, {"commit":true,"time":t}, --frame-points, --frame-every or the end of the input.
+/// With --listen, any number of producers feed any number of streams, which any number of consumers follow, until a
+/// signal comes. With --view, a live page shows all streams.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new(PLACES).multiple(true))]
-#[command(after_help = "Examples:
-  sensor | hopes serve --window points:10000 --frame-points 1000
-  camera-edges | hopes serve --input jsonl --window frames:1 | jq -c '[.frame, .view.cycles]'
-  camera-edges | hopes serve --input jsonl --window frames:1 --track view | jq -c '.frame as $f | .tracks[] | [$f, .id, .event, .center]'
-  tail -f log.csv | hopes serve --columns lon,lat --window time:60 --frame-every 100ms
-  hopes serve --listen unix:/tmp/hopes.sock --stream cam:window=frames:1 &
-  camera-edges | hopes feed - --to unix:/tmp/hopes.sock --stream cam & hopes watch --from unix:/tmp/hopes.sock --stream cam
-  camera-edges | hopes serve --input jsonl --window frames:1 --view 127.0.0.1:8080")]
+#[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{BEHAVIOUR}\n\n{KEYS}"))]
 pub struct Serve {
     /// How points are written on stdin [default: text]. With --listen, stdin is read only if this is given.
     #[arg(long, value_enum)]
     input: Option<InputFormat>,
-    /// Columns of text input, by number from 1 or by name in the header; a third one is the event time.
+    /// Columns of a table, by number from 1 or by name in the header; a third one is the event time.
     #[arg(long, value_name = "X,Y[,T]", default_value = "1,2")]
     columns: Columns,
-    /// Which points stay: all, points:N (the last N), frames:N (the last N frames), time:T (the last T of event time).
+    /// Which points stay: all, points:N, frames:N or time:T.
+    ///
+    /// all: until they are retracted. points:N: the last N. frames:N: those of the last N frames; with N = 1 every
+    /// frame replaces the cloud. time:T: those not older than the newest event time by more than T. A point without a
+    /// time counts as of the newest time known; one that is too old is refused.
     #[arg(long, value_name = "WINDOW", default_value = "all", value_parser = window)]
     window: hopes::topology::Window,
     /// Snap positions to a grid of this step.
     #[arg(long, value_name = "STEP", value_parser = resolution)]
     resolution: Option<f64>,
-    #[command(flatten)]
-    view: ViewArgs,
     /// Close a frame after so many points.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frame_points: Option<u64>,
     /// Close a frame every so often, such as 100ms.
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     frame_every: Option<Duration>,
-    /// How frames are written on stdout [default: jsonl]. With --listen or --view, stdout is written only if this is given.
+    /// How frames are written on stdout [default: jsonl]. With --listen or --view, only if this is given.
     #[arg(long, value_enum)]
     output: Option<OutputFormat>,
-    /// Stop at the first line or point that cannot be used (exit code 3).
+    /// Stop at the first line or point on stdin that cannot be used (exit code 3).
+    ///
+    /// Without it, all are counted, and the first hundred are reported with their line.
     #[arg(long)]
     strict: bool,
-    /// Reduce tiles on so many threads; the output is the same on any number [default: one for each processor].
+    /// Reduce tiles on so many threads [default: one for each processor].
+    ///
+    /// The output is the same, byte for byte, on any number of threads.
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
-    /// Recompute every frame from scratch and compare; stop at a difference (exit code 1). Slow: for those who want to be sure.
+    /// Recompute every frame from scratch and compare; stop at a difference (exit code 1). Slow.
     #[arg(long)]
     check: bool,
+    #[command(flatten)]
+    view: ViewArgs,
     #[command(flatten)]
     tracks: TrackArgs,
     /// List all living tracks in every frame on stdout.
     #[arg(long, requires = "track", help_heading = "Tracks")]
     track_list: bool,
     #[command(flatten)]
-    network: Network,
+    sockets: SocketArgs,
     #[command(flatten)]
     page: PageArgs,
 }
@@ -85,7 +85,10 @@ pub struct Serve {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Live page")]
 struct PageArgs {
-    /// Show all streams on a page at this address, to be read by a browser; also /metrics, /healthz and /api/streams. With it, stdout is written only if --output is given.
+    /// Show all streams on a page at this address, for browsers; also /metrics, /healthz and /api/streams.
+    ///
+    /// For this machine only, unless --allow-remote is given. With it, stdin is read, unless --listen is given too;
+    /// stdout is written only if --output is given; and the daemon runs until a signal comes.
     #[arg(long = "view", value_name = "HOST:PORT", group = PLACES, value_parser = host_and_port)]
     address: Option<String>,
     /// A name by which browsers of other machines may ask for the page, besides its addresses. May be repeated.
@@ -93,50 +96,81 @@ struct PageArgs {
     names: Vec<String>,
 }
 
-/// An address of the page.
-pub fn host_and_port(word: &str) -> Result<String, String> {
-    let is_address = word.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
-    let is_whole = is_address && !word.contains('/');
-    is_whole.then(|| word.to_owned()).ok_or_else(|| format!("{word:?} is no HOST:PORT, such as 127.0.0.1:8080"))
-}
+const EXAMPLES: &str = "Examples:
+  sensor | hopes serve --window points:10000 --frame-points 1000
+  camera-edges | hopes serve --input jsonl --window frames:1 | jq -c '[.frame, .view.cycles]'
+  camera-edges | hopes serve --input jsonl --window frames:1 --track view | jq -c .tracks
+  tail -f log.csv | hopes serve --columns lon,lat,unix --window time:60 --frame-every 100ms
+  camera-edges | hopes serve --input jsonl --window frames:1 --track view --view 127.0.0.1:8080
+  hopes serve --listen unix:/tmp/hopes.sock --stream cam:window=frames:1 --track top:20";
+
+const BEHAVIOUR: &str = "\
+A frame without a change is still a line. A frame costs what changed: one pass or tiles is chosen
+frame by frame. A slow reader of stdout slows the producer: nothing is dropped, and memory stays
+bounded. A slow consumer on a socket slows no other. A stream that no consumer follows costs only
+taking its points in. A simplified view costs a pass over the skeleton in every frame.
+
+Ctrl-C and SIGTERM finish and send what has come, then end with exit code 0; a second one ends at
+once. A closed pipe is not an error.";
+
+const KEYS: &str = "Keys of a JSON line:
+  stream    its name
+  frame     its number, from 1
+  from      the frame that the line is a diff from; 0 is nothing
+  time      that of the commit, else the newest event time, else null
+  points    how many distinct positions
+  rejected  lines and points since the frame before that could not be used
+  view      kind, k, l, ds, vs (or alpha), components, cycles
+  vertices  add [[id,x,y]], del [id]: all of the cloud
+  edges     add [[a,b]], del [[a,b]]: the view's tree edges, smaller id first
+  critical  set [[a,b,birth,death]], del [[a,b]]
+  checksum  of all that a consumer then holds, 16 hexadecimal digits (protocol/SPEC.md)
+  tracks    with --track: id, event, age, birth, death, center, radius, area, velocity, and of
+            some events from (split), into (merged), changed (updated: center, birth, death)
+  alive     with --track-list: [[id,x,y,radius,birth,death]]
+
+A vertex is a distinct position. Its id is never used again, and lasts until the last point on it
+is gone at the end of a frame. All lists are sorted. What did not change is not mentioned. A number
+that is not finite is null.
+
+Events: born, split, updated, unselected, reselected, merged, died. Where a hole divides, the part
+with the larger death keeps the id; where two become one, the one with the larger death goes on.";
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum InputFormat {
     /// A table: comma, semicolon, tab or blank separated.
     #[default]
     Text,
-    /// JSON lines.
+    /// JSON lines: [x,y], [x,y,t], {"x":..,"y":..,"t":..}, {"points":[[x,y],...],"t":..}, {"retract":[[x,y],...]},
+    /// {"commit":true,"time":t}.
     Jsonl,
-    /// Batches and commits of the protocol.
+    /// Messages of the protocol: Batch, Retract and Commit.
     Bin,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum OutputFormat {
-    /// JSON lines.
+    /// A JSON line a frame.
     #[default]
     Jsonl,
-    /// A recording in the protocol's bytes.
+    /// A recording in the protocol's bytes, for replay.
     Bin,
 }
 
 impl Serve {
     pub fn run(self) -> Result<(), Failure> {
-        let alone = self.network.listen.is_empty();
+        let alone = self.sockets.listen.is_empty();
         let input = self.input.or(alone.then(InputFormat::default));
         let output = self.output.or((alone && self.page.address.is_none()).then(OutputFormat::default));
         let sink = output.map(|output| self.sink(output)).transpose()?;
         let columns = self.columns.clone();
         let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
-        let allow_remote = self.network.allow_remote;
+        let allow_remote = self.sockets.allow_remote;
         let PageArgs { address, names } = &self.page;
         let place = |address: &String| Place { address: address.clone(), names: names.clone(), allow_remote };
         let page = address.as_ref().map(|address| Page::bind(place(address))).transpose()?;
         let stop = Stop::listen().context("cannot listen to signals")?;
-        match daemon::run(self.settings(), source, sink, page.map(Page::http), &stop) {
-            Err(DaemonError::Refused(stop)) => Err(stop.into()),
-            other => Ok(other?),
-        }
+        Ok(daemon::run(self.settings(), source, sink, page.map(Page::http), &stop)?)
     }
 
     fn sink(&self, output: OutputFormat) -> Result<Sink, Failure> {
@@ -160,11 +194,11 @@ impl Serve {
             strict: self.strict,
             check: self.check,
             threads: self.threads,
-            overload: self.network.overload.into(),
-            limits: self.network.limits(),
-            listen: self.network.listen,
-            allow_remote: self.network.allow_remote,
-            streams: self.network.stream,
+            overload: self.sockets.overload.into(),
+            limits: self.sockets.limits(),
+            listen: self.sockets.listen,
+            allow_remote: self.sockets.allow_remote,
+            streams: self.sockets.stream,
         }
     }
 }
@@ -175,9 +209,9 @@ fn read_stdin(input: InputFormat, columns: Columns, feed: &Feed) {
         InputFormat::Jsonl => Form::Lines(Format::JsonLines, columns),
         InputFormat::Bin => Form::Binary,
     };
-    let stdin =
-        Points { place: Origin::Stdin, form, frame_points: None, closes_last: false, loops: false, batch: BATCH };
-    if let Err(error) = stdin.read(&mut |input| feed.send(input), &ProgressBar::hidden()) {
-        feed.send(Input::Failed(format!("{error:#}")));
+    let origin = Origin::Stdin;
+    let stdin = PointSource { origin, form, frame_points: None, closes_last: false, loops: false, batch: BATCH };
+    if let Err(error) = stdin.read(&mut |input| feed.send(input), &|_| ()) {
+        feed.send(Input::Failed(format!("{:#}", anyhow::Error::from(error))));
     }
 }

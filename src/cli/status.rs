@@ -1,22 +1,23 @@
 //! `hopes status`: how a daemon is, and its streams.
 //!
-//! In: an address. Out: a table, or JSON. Must not know: how the daemon comes to its numbers.
+//! In: an address.
+//! Out: a table, or JSON.
+//! Must not know: how the daemon is asked, how it comes to its numbers.
 
 use std::io::{self, Write};
 use std::time::Duration;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
-use hopes_protocol::{Message, Status as Numbers, StatusWanted, StreamStatus};
+use hopes_protocol::{Status as Numbers, StreamStatus};
 use indicatif::{HumanBytes, HumanCount};
 
 use super::Failure;
 use super::args::From;
-use crate::client::follow::SOFTWARE;
-use crate::client::{Client, Timeouts};
+use crate::client::status::ask;
 use crate::formats::aligned::{self, Column, numbers, words};
 
-/// Show how a daemon is: its streams, who feeds and follows them, what was refused, dropped or late.
+/// Show a daemon's streams: who feeds and follows them, points, memory, what was refused, dropped or merged.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   hopes status --from unix:/tmp/hopes.sock
@@ -29,12 +30,9 @@ pub struct Status {
     json: bool,
 }
 
-/// Ours, for the one answer.
-const CHANNEL: u32 = 1;
-
 impl Status {
     pub fn run(self) -> Result<(), Failure> {
-        let status = self.ask()?;
+        let status = ask(&self.from.from)?;
         let mut text = Vec::new();
         if self.json {
             serde_json::to_writer(&mut text, &status).context("cannot write JSON")?;
@@ -44,26 +42,6 @@ impl Status {
         }
         io::stdout().write_all(&text).context("cannot write to stdout")?;
         Ok(())
-    }
-
-    fn ask(&self) -> anyhow::Result<Numbers> {
-        let address = &self.from.from;
-        let mut client = Client::connect(address, SOFTWARE, Timeouts::default())?;
-        client.sending.send(CHANNEL, StatusWanted {})?;
-        loop {
-            match client.receiving.receive()? {
-                Some((CHANNEL, Message::Status(numbers))) => {
-                    client.receiving.goodbye("that is all");
-                    return Ok(numbers);
-                }
-                Some((_, Message::Error(report))) => bail!("the daemon at {address}: {}", report.text),
-                Some((_, Message::Goodbye(goodbye))) => {
-                    bail!("the daemon at {address} says goodbye instead: {}", goodbye.reason);
-                }
-                Some(_) => {}
-                None => bail!("the daemon at {address} closed the connection instead of answering: see its log"),
-            }
-        }
     }
 }
 
@@ -92,7 +70,8 @@ fn write_table(out: &mut impl Write, status: &Numbers) -> io::Result<()> {
     let memory = HumanBytes(memory);
     writeln!(
         out,
-        "{software}, up {uptime}, {connections} connections, {refused_messages} messages refused, memory {memory} ({limit})",
+        "{software}, up {uptime}, {connections} connections, {refused_messages} messages refused, \
+         memory {memory} ({limit})",
     )?;
     if status.streams.is_empty() {
         return writeln!(out, "no streams");

@@ -1,14 +1,15 @@
 //! `hopes tracks`: the lives of tracks, from what `serve --track` has written, as a table and a picture.
 //!
-//! In: JSON lines from a file or stdin. Out: the table on stdout, the picture in a file, both at the end of the input or at a signal. Invariants: lines that cannot be used are reported, counted and left out, unless `--strict` stops at the
-//! first; memory grows with tracks, not with frames. Must not know: how tracks are made.
-//!
-//! Data flows from `frame` (a line) to `lives` (what was), then to `table` and, through `order`, to `chart` (what is shown).
+//! In: JSON lines from a file or stdin.
+//! Out: the table on stdout, the picture in a file, both at the end of the input or at a signal.
+//! Invariants: lines that cannot be used are reported, counted and left out, unless `--strict` stops at the first.
+//! Memory grows with tracks, not with frames.
+//! Must not know: how lines are read, how tables and pictures are made.
 
 use std::fmt;
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, Read, Write};
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -16,24 +17,22 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, anyhow};
 use clap::Args;
 
-use super::Failure;
+use super::{Failure, files};
 use crate::daemon::{InputErrors, Stop};
-use crate::formats::input::{Line, Lines};
 use crate::formats::picture;
 use crate::formats::tracks::chart::{Axis, chart};
-use crate::formats::tracks::frame::{self, Fault, Said};
+use crate::formats::tracks::frame::LineContent;
 use crate::formats::tracks::lives::Lives;
+use crate::formats::tracks::reader::{TrackLine, TrackLines};
 use crate::formats::tracks::table::TableFormat;
 
 /// Show the lives of tracks: a table of all of them, and a picture.
 ///
-/// Reads the JSON lines that serve --track writes, to their end or until Ctrl-C.
+/// Reads the JSON lines that serve --track or watch --tracks --output jsonl have written, to their end or until Ctrl-C.
+/// Writes a line a track: when it began and ended and how, and its persistence, centre and radius when it was most
+/// persistent. Lines that report nothing known, or contradict earlier ones, are reported and left out.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
-  hopes serve --window frames:1 --track view < points.txt > frames.jsonl
-  hopes tracks frames.jsonl                                a line a track
-  hopes tracks frames.jsonl --svg lives.svg --most 30      and a picture of the 30 most persistent
-  produce | hopes serve --track top:5 | hopes tracks - --format csv > tracks.csv")]
+#[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{FACTS}"))]
 pub struct Tracks {
     /// What serve --track has written; - for stdin.
     #[arg(value_name = "FILE")]
@@ -42,10 +41,19 @@ pub struct Tracks {
     #[arg(short, long, value_enum, default_value_t)]
     format: TableFormat,
     /// Also draw the lives as bars, into this file.
+    ///
+    /// Bars are coloured by persistence, and paler where a track is not selected. Splits and mergers are links;
+    /// relatives are beside each other.
     #[arg(long, value_name = "PICTURE")]
     svg: Option<PathBuf>,
-    /// Draw the N most persistent tracks only.
-    #[arg(long, value_name = "N", default_value = "100", requires = "svg", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    /// Draw the N most persistent tracks only; the picture says how many are left out.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value = "100",
+        requires = "svg",
+        value_parser = clap::value_parser!(u32).range(1..=10_000)
+    )]
     most: u32,
     /// Draw over frames, or over their times.
     #[arg(long, value_enum, default_value_t, requires = "svg")]
@@ -55,31 +63,31 @@ pub struct Tracks {
     strict: bool,
 }
 
-/// A line of serve lists all points of a frame that is new: some millions of them.
-const LONGEST_LINE: usize = 256 << 20;
+const EXAMPLES: &str = "Examples:
+  hopes serve --window frames:1 --track view < points.txt > tracked.jsonl
+  hopes tracks frames.jsonl                                a line a track
+  hopes tracks frames.jsonl --svg lives.svg --most 30      and a picture of the 30 most persistent
+  produce | hopes serve --track top:5 | hopes tracks - --format csv > tracks.csv";
+
+const FACTS: &str = "\
+A track that was there before the first line has begun \"before\". Without --track-list the peak is
+exact to --track-delta. Memory grows with tracks, not with frames. A line has at most 256 MiB.";
 
 /// Lines that may wait to be taken.
 const WAITING: usize = 16;
 
-/// How long anything is waited for before it is seen whether a signal has come.
+/// How long a wait lasts before signals are looked for.
 const MOMENT: Duration = Duration::from_millis(50);
 
-/// Ctrl-C reaches all of a pipeline: whoever writes to us has so long to finish what it has begun.
+/// Ctrl-C reaches all of a pipeline: the program before this one has so long to finish its last frame.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
 impl Tracks {
     pub fn run(self) -> Result<(), Failure> {
         let name = self.file.display().to_string();
-        let source: Box<dyn Read + Send> = if self.file == Path::new("-") {
-            Box::new(io::stdin())
-        } else {
-            Box::new(File::open(&self.file).with_context(|| format!("cannot open {name}"))?)
-        };
-        // Whether it can be written is known before the reading starts, not after it.
-        let picture = self.svg.as_ref().map(|path| {
-            File::create(path).map(|file| (path, file)).with_context(|| format!("cannot write {}", path.display()))
-        });
-        let picture = picture.transpose()?;
+        let source = files::open(&self.file)?;
+        // A picture that cannot be written is refused before the reading starts.
+        let picture = self.svg.as_ref().map(|path| files::create(path).map(|file| (path, file))).transpose()?;
         let mut stop = Stop::listen().context("cannot listen to signals")?;
         let mut reading = Reading { lives: Lives::default(), input_errors: InputErrors::new(self.strict), frames: 0 };
         reading.read(&start(source)?, &mut stop).map_err(|failure| failure.of(&name))?;
@@ -89,9 +97,9 @@ impl Tracks {
             return Err(anyhow!("{name} has no frame: this must be what hopes serve --track has written").into());
         }
         if let Some((path, file)) = picture {
-            self.draw(&lives, file).with_context(|| format!("cannot write {}", path.display()))?;
+            self.draw(&lives, file).with_context(|| files::cannot_write(path))?;
         }
-        let mut stdout = BufWriter::with_capacity(1 << 16, io::stdout().lock());
+        let mut stdout = files::buffered(io::stdout().lock());
         self.format.write(&lives, input_errors.count(), &mut stdout).context("cannot write to stdout")?;
         Ok(())
     }
@@ -104,27 +112,15 @@ impl Tracks {
     }
 }
 
-/// A line that was read.
-struct Taken {
-    line: u64,
-    said: Result<Said, Fault>,
-}
-
-/// Reads and parses in a thread of its own. Nobody waits for it: it may be blocked in a read that never returns, and owns nothing that has to be finished.
-fn start(source: Box<dyn Read + Send>) -> anyhow::Result<Receiver<io::Result<Taken>>> {
+/// Reads and parses in a thread of its own. It is not waited for: it may be blocked in a read that never returns, and
+/// owns nothing that has to be finished.
+fn start(source: Box<dyn Read + Send>) -> anyhow::Result<Receiver<io::Result<TrackLine>>> {
     let (sender, receiver) = sync_channel(WAITING);
-    let mut lines = Lines::new(source, LONGEST_LINE);
+    let mut lines = TrackLines::new(source);
     let read = move || {
-        loop {
-            let taken = match lines.next() {
-                Ok(None) => return,
-                Ok(Some(Line::Whole(line))) if line.trim_ascii().is_empty() => continue,
-                Ok(Some(Line::Whole(line))) => Ok(frame::read(line)),
-                Ok(Some(Line::TooLong)) => Ok(Err(Fault::TooLong { limit: LONGEST_LINE })),
-                Err(error) => Err(error),
-            };
-            let is_last = taken.is_err();
-            if sender.send(taken.map(|said| Taken { line: lines.number(), said })).is_err() || is_last {
+        while let Some(line) = lines.next().transpose() {
+            let is_last = line.is_err();
+            if sender.send(line).is_err() || is_last {
                 return;
             }
         }
@@ -141,7 +137,7 @@ struct Reading {
     frames: u64,
 }
 
-/// A error, with its line.
+/// An error, with its line.
 struct At<'a>(u64, &'a dyn fmt::Display);
 
 impl fmt::Display for At<'_> {
@@ -150,12 +146,12 @@ impl fmt::Display for At<'_> {
     }
 }
 
-/// What a frame without tracks lacks.
+/// What is said of a frame without tracks.
 const UNTRACKED: &str = "this frame has no tracks: run hopes serve with --track, such as --track view";
 
 impl Reading {
     /// To the end of the lines, or until a signal comes.
-    fn read(&mut self, lines: &Receiver<io::Result<Taken>>, stop: &mut Stop) -> Result<(), Failure> {
+    fn read(&mut self, lines: &Receiver<io::Result<TrackLine>>, stop: &mut Stop) -> Result<(), Failure> {
         let mut deadline = None;
         loop {
             if let Some(signal) = stop.asked() {
@@ -168,24 +164,24 @@ impl Reading {
             match lines.recv_timeout(MOMENT) {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
-                Ok(taken) => self.take(taken.context("reading failed")?)?,
+                Ok(line) => self.take(line.context("reading failed")?)?,
             }
         }
     }
 
-    fn take(&mut self, Taken { line, said }: Taken) -> Result<(), Failure> {
-        match said {
-            Ok(Said::Nothing) => {}
-            Ok(Said::Tracks(frame)) => {
+    fn take(&mut self, TrackLine { number, content }: TrackLine) -> Result<(), Failure> {
+        match content {
+            Ok(LineContent::Other) => {}
+            Ok(LineContent::Tracks(frame)) => {
                 self.frames += 1;
                 for contradiction in self.lives.take(&frame) {
-                    self.input_errors.add(&At(line, &contradiction))?;
+                    self.input_errors.add(&At(number, &contradiction))?;
                 }
             }
-            // Nothing of such a file would be of use.
-            Ok(Said::Untracked) if self.frames == 0 => return Err(anyhow!("line {line}: {UNTRACKED}").into()),
-            Ok(Said::Untracked) => self.input_errors.add(&At(line, &UNTRACKED))?,
-            Err(fault) => self.input_errors.add(&At(line, &fault))?,
+            // No line of such a file would be of use.
+            Ok(LineContent::Untracked) if self.frames == 0 => return Err(anyhow!("line {number}: {UNTRACKED}").into()),
+            Ok(LineContent::Untracked) => self.input_errors.add(&At(number, &UNTRACKED))?,
+            Err(fault) => self.input_errors.add(&At(number, &fault))?,
         }
         Ok(())
     }

@@ -1,37 +1,42 @@
 //! `hopes watch`: streams of a daemon, as they change, on stdout.
 //!
-//! In: options. Out: a line a frame, JSON lines, or a recording. Invariants: a closed pipe and a polite signal are no errors. Must not know: how streams are followed or shown.
+//! In: options.
+//! Out: a line a frame, events, JSON lines, or a recording.
+//! Invariants: a closed pipe and a first signal are no errors.
+//! Must not know: how streams are followed, how messages are written.
 
-use std::io::{self, BufWriter};
+use std::io;
 
 use clap::Args;
 use hopes_protocol::{Simplify, TracksWanted};
 use indicatif::ProgressBar;
 
-use super::Failure;
 use super::args::FollowArgs;
+use super::following::Shown;
+use super::{Failure, files};
 use crate::client::follow::follow;
-use crate::formats::messages::{Output, Show};
+use crate::formats::messages::{MessageForm, MessageWriter};
 
 /// Follow streams of a daemon: a line a frame with what changed.
 ///
-/// Every frame is proved by its checksum; after a gap it says so, and subscribes again. Ends with the daemon, on Ctrl-C, or after --frames.
+/// Every frame is proved by its checksum. A gap is reported, and closed by a new subscription. Ends with the daemon, on
+/// Ctrl-C, or after --frames.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  hopes watch --from unix:/tmp/hopes.sock                          the stream called default, for people
-  hopes watch --from tcp:127.0.0.1:7878 --stream 'cam*' --dots 3   all streams whose names begin with cam
-  hopes watch --from unix:/tmp/hopes.sock --tracks                 what happens to tracks, besides
-  hopes watch --from unix:/tmp/hopes.sock --output events          what happens to tracks, and nothing else
+  hopes watch --from unix:/tmp/hopes.sock                          the stream default, for people
+  hopes watch --from tcp:127.0.0.1:7878 --stream 'cam*' --dots 3   all whose names begin with cam
+  hopes watch --from unix:/tmp/hopes.sock --tracks                 also what happens to tracks
+  hopes watch --from unix:/tmp/hopes.sock --output events          only what happens to tracks
   hopes watch --from unix:/tmp/hopes.sock --output jsonl | jq -c '[.frame, .view.cycles]'")]
 pub struct Watch {
-    #[command(flatten)]
-    wanted: FollowArgs,
     /// How frames are written on stdout.
     #[arg(long, value_enum, default_value_t)]
-    output: Output,
-    /// Recompute every frame from its vertices and compare; stop at a difference or a gap (exit code 1). Slow: for those who want to be sure.
+    output: MessageForm,
+    /// Recompute every frame from its vertices and compare; stop at a difference or a gap (exit code 1). Slow.
     #[arg(long)]
     check: bool,
+    #[command(flatten)]
+    wanted: FollowArgs,
 }
 
 impl Watch {
@@ -41,12 +46,11 @@ impl Watch {
         if wanted.check && wanted.view.simplify != Simplify::No {
             return Err(Failure::Usage("--check needs all vertices: leave out --simplify"));
         }
-        if self.output == Output::Events && wanted.tracks == TracksWanted::No {
+        if self.output == MessageForm::Events && wanted.tracks == TracksWanted::No {
             wanted.tracks = TracksWanted::Events;
         }
-        let sink = BufWriter::with_capacity(1 << 16, io::stdout().lock());
-        let mut show = Show::new(self.output, sink)?;
-        let frames = follow(&wanted, &mut show, &ProgressBar::hidden())?;
+        let writer = MessageWriter::new(self.output, files::buffered(io::stdout().lock()))?;
+        let frames = follow(&wanted, &mut Shown { writer, progress: ProgressBar::hidden() })?;
         tracing::debug!("{frames} frames");
         Ok(())
     }

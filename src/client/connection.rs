@@ -1,7 +1,10 @@
 //! A client of a daemon: one connection, from the banner to the end, over a Unix socket or TCP.
 //!
-//! In: an address; messages to send. Out: messages received. Two halves, so that one thread can send while another one receives. Invariants: nothing waits for ever: connecting, greeting, receiving and sending end with an error when
-//! the daemon is silent for too long; pings are answered here, and sent when the daemon is silent; a frame has at most [`LARGEST_FRAME`] bytes and memory grows only with those that have come. Must not know: what the messages are about.
+//! In: an address; messages to send. Out: messages received. Two halves, so that one thread can send while another one
+//! receives. Invariants: nothing waits for ever: connecting, greeting, receiving and sending fail when the daemon is
+//! silent for too long. Pings are answered here, and sent when the daemon is silent. A frame has at most
+//! [`LARGEST_FRAME`] bytes, and memory grows only with bytes that have come. Must not know: what the messages are
+//! about.
 
 use std::io::{self, Read, Write};
 use std::net::ToSocketAddrs;
@@ -15,13 +18,16 @@ use super::error::ClientError;
 use super::link::{Link, is_later};
 use crate::daemon::Address;
 
-/// How long a read or write waits before it is seen whether something else is due.
+/// The name of this client in the daemon's log.
+pub const SOFTWARE: &str = concat!("hopes ", env!("CARGO_PKG_VERSION"));
+
+/// How long a read or write waits before other duties are looked at.
 const MOMENT: Duration = Duration::from_millis(50);
 
 /// No daemon is given less time than this, whatever it announces.
 const LEAST_PATIENCE: Duration = Duration::from_millis(200);
 
-/// How long what is still coming is waited for after a goodbye.
+/// How long the daemon's last bytes are waited for after a goodbye.
 const PARTING: Duration = Duration::from_millis(300);
 
 /// How long the beginning may take.
@@ -39,14 +45,14 @@ impl Default for Timeouts {
     }
 }
 
-/// A connection that was greeted.
+/// A connection after the greeting.
 #[derive(Debug)]
 pub struct Client {
-    /// What the daemon said of itself.
+    /// The daemon's answer to the greeting.
     pub welcome: Welcome,
-    /// The way there.
+    /// Sends.
     pub sending: Sending,
-    /// The way back.
+    /// Receives.
     pub receiving: Receiving,
 }
 
@@ -59,12 +65,12 @@ pub struct Sending(Arc<Link>);
 pub struct Receiving {
     link: Arc<Link>,
     incoming: Incoming,
-    /// Whether a ping was sent since the daemon was last heard.
+    /// Whether a ping was sent since bytes of the daemon last came.
     has_pinged: bool,
     pings: u64,
 }
 
-/// What came of waiting.
+/// The outcome of waiting.
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "one at a time, and never kept")]
 pub enum Received {
@@ -138,7 +144,7 @@ fn connect_to(place: &SockAddr, domain: Domain, timeout: Duration) -> io::Result
     Ok(socket)
 }
 
-/// A connection that is not greeted yet.
+/// A connection before the end of the greeting.
 struct Greeting<'a> {
     address: &'a Address,
     incoming: Incoming,
@@ -147,7 +153,7 @@ struct Greeting<'a> {
 }
 
 impl Greeting<'_> {
-    /// Which version is spoken.
+    /// The version that both sides speak.
     fn agree(&mut self) -> Result<u16, ClientError> {
         self.write(&Banner::OURS.encode())?;
         let theirs = loop {
@@ -166,13 +172,14 @@ impl Greeting<'_> {
         let hello = Message::Hello(Hello { software: software.to_owned(), capabilities: Vec::new() });
         let hello = hopes_protocol::encode(version, 0, &hello);
         let hello = hello.map_err(|source| ClientError::TooLong { address: address(), source })?;
-        // A daemon that has no room for us may have said so and be gone: then that is what there is to tell.
+        // A daemon without room may have said so and be gone: then that reason is reported.
         let mut unsent = self.write(&hello).err();
         loop {
             match self.incoming.message(self.address)? {
                 None => self.read().map_err(|closed| unsent.take().unwrap_or(closed))?,
                 Some((_, Message::Welcome(welcome))) => {
-                    // What a daemon says before it knows us, as that it has no room, may be of its lowest version.
+                    // A daemon's messages before its Welcome, such as that it has no room, may be of its lowest
+                    // version.
                     self.incoming.decoder.set_version(version);
                     return Ok(welcome);
                 }
@@ -289,12 +296,13 @@ impl Receiving {
                 }
                 Arrived::Nothing => self.expect_life()?,
             }
-            // Whether this arrives shows in what comes next.
+            // If this fails, so will the next read.
             drop(self.link.pay_if_free());
         }
     }
 
-    /// If this cannot be sent the connection is lost, which shows in what comes next; but what the daemon has said before is still to be heard.
+    /// If this cannot be sent, the connection is lost. That is reported by the next read, after all messages that the
+    /// daemon has sent before.
     fn owe(&self, message: impl Into<Message>) {
         drop(self.link.owe(message.into()));
     }
@@ -309,7 +317,8 @@ impl Receiving {
         Ok(())
     }
 
-    /// Ends the connection in good order, as far as it still is in any: says so, and waits a moment for the daemon to have read it, since closing with bytes unread may tear down what was said.
+    /// Ends the connection in good order, if it still works: sends a goodbye, and waits a moment for the daemon to have
+    /// read it, since closing a socket with unread bytes may discard what was sent.
     pub fn goodbye(mut self, reason: &str) {
         let goodbye = Goodbye { reason: reason.to_owned(), streams: Vec::new() };
         if self.link.send(0, &goodbye.into()).is_err() {

@@ -1,7 +1,8 @@
-//! Why a conversation with a daemon does not begin or does not go on.
+//! Why a connection to a daemon does not begin or does not go on.
 //!
-//! Invariants: every message names the address, and what to do where something can be done; an error of the socket is told as text and is never a source, since a connection that breaks
-//! is not the closed pipe behind stdout that is no error. Must not know: what the conversation is about.
+//! Invariants: every message names the address, and the remedy where there is one. An error of the socket is told
+//! as text and is never a source: a connection that breaks is not the closed pipe behind stdout that is no error.
+//! Must not know: what the messages of the connection are about.
 
 use std::io;
 
@@ -13,7 +14,7 @@ use crate::daemon::Address;
 /// What a client cannot go on from.
 #[derive(Debug, Error)]
 pub enum ClientError {
-    /// It does not know what was asked of it.
+    /// It is too old for the message.
     #[error("the daemon at {address} speaks protocol version {spoken}, and this needs version {needed}: update it")]
     Older {
         /// Where it listens.
@@ -23,7 +24,7 @@ pub enum ClientError {
         /// The first that has it.
         needed: u16,
     },
-    /// Nobody answers there.
+    /// No daemon answers there.
     #[error("cannot connect to {address}: {reason}; start a daemon there with: hopes serve --listen {address}")]
     Connect {
         /// Where.
@@ -49,7 +50,8 @@ pub enum ClientError {
     },
     /// It did not answer the greeting in time.
     #[error(
-        "what listens at {address} has not greeted within {seconds} s: check the address, or try again when the daemon is less busy"
+        "what listens at {address} has not greeted within {seconds} s: \
+         check the address, or try again when the daemon is less busy"
     )]
     Mute {
         /// Where.
@@ -73,7 +75,7 @@ pub enum ClientError {
         /// In the middle of what.
         when: &'static str,
     },
-    /// It has said nothing for too long.
+    /// It has sent nothing for too long.
     #[error("the daemon at {address} has been silent for {seconds} s: see whether it is still there, and try again")]
     Silent {
         /// Where.

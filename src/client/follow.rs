@@ -1,43 +1,60 @@
-//! Following streams of a daemon: subscribe, prove, show, and subscribe again after a gap.
+//! Following streams of a daemon: subscribe, prove every frame, hand it on, and subscribe again after a gap.
 //!
-//! In: a [`Subscription`]. Out: its messages to a [`Show`]. Invariants: what is shown was proved; a gap is never silent: it is logged, and closed by a new snapshot; trying again has bounds in number, pace and time. Must not know: how
-//! frames are shown, what is in them.
+//! In: a [`Subscription`].
+//! Out: its messages, to a [`MessageSink`].
+//! Invariants: every frame that is handed on was proved by its checksum. A gap is never silent: it is logged, and
+//! closed by a new snapshot. Attempts to subscribe or to connect again are bounded in number, pace and time.
+//! Must not know: how messages are written, arguments.
+
+mod error;
 
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail};
 use hopes_protocol::{DotsWanted, ErrorCode, Message, Report, Subscribe, TracksWanted, Unsubscribe, View, WantTracks};
-use indicatif::{HumanBytes, ProgressBar};
 
-use super::connection::{Client, Received, Sending, Timeouts};
+use super::chain::Chain;
+use super::connection::{Client, Received, SOFTWARE, Sending, Timeouts};
 use super::error::ClientError;
-use super::mirrors::{StreamError, Streams, Taken};
+use super::mirrors::{Mirrors, MirrorsError, Taken};
 use super::verify::verify;
 use crate::daemon::{Address, Stop};
-use crate::formats::messages::Show;
 
-/// Who we are, for the daemon's log.
-pub const SOFTWARE: &str = concat!("hopes ", env!("CARGO_PKG_VERSION"));
+pub use self::error::FollowError;
 
-/// How long a message is waited for before it is seen whether a signal has come.
+/// How long a message is waited for before signals are looked for.
 const MOMENT: Duration = Duration::from_millis(50);
 
 /// How long the dots and tracks of the last frame are waited for.
 const DOTS_LATER: Duration = Duration::from_millis(300);
 
-/// So many gaps one after the other, without a frame between them, are no accident.
+/// After so many gaps without a frame between them, the daemon is taken to be wrong.
 const GAPS: u32 = 5;
 
 /// Pauses between attempts to connect again, doubled from the first to the last.
 const PAUSES: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(5)];
 
-/// How long one such attempt may take, during which no signal is looked for.
+/// How long one such attempt may take. Signals are not looked for during an attempt.
 const SHORT: Timeouts = Timeouts { connect: Duration::from_secs(2), greet: Duration::from_secs(2) };
 
-/// After so long without a connection nobody tries again.
+/// After so long without a connection, no further attempt is made.
 const PERSEVERANCE: Duration = Duration::from_secs(60);
+
+/// Where proved messages go.
+pub trait MessageSink {
+    /// Writes a message about the stream of that name, which came so long after the first message.
+    ///
+    /// # Errors
+    /// Those of what it writes to.
+    fn write(&mut self, name: &str, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()>;
+
+    /// Whether the output says in words what the message reports, so that a log line would only repeat it.
+    fn announces(&self, message: &Message) -> bool;
+
+    /// Is called after every message, with the number of frames so far.
+    fn progress(&self, frames: u64);
+}
 
 /// What is followed, and how far.
 #[derive(Clone, Debug)]
@@ -60,69 +77,67 @@ pub struct Subscription {
     pub reconnect: bool,
 }
 
-/// How a connection came to its end in good order.
+/// How a connection ended in good order.
 enum Ended {
-    /// By us.
+    /// By this side.
     Done,
     /// By the daemon.
     Goodbye,
 }
 
-/// What a message leads to.
+/// What is to be done after a message.
 enum Then {
     GoOn,
-    /// What came does not lead on: only a new subscription helps.
+    /// There is a gap, which only a new subscription closes.
     SubscribeAnew,
     Goodbye,
 }
 
-struct Following<'a, W> {
+struct Following<'a, S> {
     wanted: &'a Subscription,
-    show: &'a mut Show<W>,
-    progress: &'a ProgressBar,
+    sink: &'a mut S,
     stop: Stop,
-    streams: Streams,
-    /// That of the present subscription; older ones are not listened to any more.
+    mirrors: Mirrors,
+    /// That of the present subscription. Messages on older channels are ignored.
     channel: u32,
     frames: u64,
     /// Since the last frame that was proved.
     gaps: u32,
-    /// When the first message was shown.
+    /// When the first message was written.
     begun: Option<Instant>,
     /// When to end, once all wanted frames are there.
     ends: Option<Instant>,
-    /// Since when there is no connection that says anything.
+    /// When the connection was lost, until a message comes on a new one.
     lost: Option<Instant>,
     pause: Duration,
 }
 
-/// Follows to the end; says how many frames there were.
-pub fn follow<W: Write>(
-    wanted: &Subscription,
-    show: &mut Show<W>,
-    progress: &ProgressBar,
-) -> Result<u64, anyhow::Error> {
-    // Until there is a connection, there is nothing to end in good order.
+/// Follows until the daemon or a signal ends it. The number of frames.
+///
+/// # Errors
+/// [`FollowError`].
+pub fn follow(wanted: &Subscription, sink: &mut impl MessageSink) -> Result<u64, FollowError> {
+    // Until there is a connection, a signal ends the process: there is nothing to end in good order.
     let client = Client::connect(&wanted.from, SOFTWARE, Timeouts::default())?;
-    let stop = Stop::listen().context("cannot listen to signals")?;
-    follow_until(stop, client, wanted, show, progress)
+    let stop = Stop::listen().map_err(FollowError::Signals)?;
+    follow_until(stop, client, wanted, sink)
 }
 
 /// As [`follow`], on a connection that is there, until it is asked to stop.
-pub fn follow_until<W: Write>(
+///
+/// # Errors
+/// [`FollowError`].
+pub fn follow_until(
     stop: Stop,
     client: Client,
     wanted: &Subscription,
-    show: &mut Show<W>,
-    progress: &ProgressBar,
-) -> Result<u64, anyhow::Error> {
-    let streams = Streams::default();
+    sink: &mut impl MessageSink,
+) -> Result<u64, FollowError> {
     let following = Following {
         wanted,
-        show,
-        progress,
+        sink,
         stop,
-        streams,
+        mirrors: Mirrors::default(),
         channel: 0,
         frames: 0,
         gaps: 0,
@@ -134,14 +149,14 @@ pub fn follow_until<W: Write>(
     following.run(client)
 }
 
-impl<W: Write> Following<'_, W> {
-    fn run(mut self, mut client: Client) -> anyhow::Result<u64> {
+impl<S: MessageSink> Following<'_, S> {
+    fn run(mut self, mut client: Client) -> Result<u64, FollowError> {
         loop {
             match self.converse(client) {
                 Ok(Ended::Done) => return Ok(self.frames),
                 Ok(Ended::Goodbye) if !self.wanted.reconnect => return Ok(self.frames),
                 Ok(Ended::Goodbye) => {}
-                Err(error) if self.wanted.reconnect && error.is::<ClientError>() => tracing::warn!("{error:#}"),
+                Err(FollowError::Client(error)) if self.wanted.reconnect => tracing::warn!("{}", Chain(&error)),
                 Err(error) => return Err(error),
             }
             match self.reconnect()? {
@@ -151,7 +166,7 @@ impl<W: Write> Following<'_, W> {
         }
     }
 
-    fn converse(&mut self, mut client: Client) -> anyhow::Result<Ended> {
+    fn converse(&mut self, mut client: Client) -> Result<Ended, FollowError> {
         self.subscribe(&client.sending, self.lost.is_some())?;
         loop {
             if let Some(signal) = self.stop.asked() {
@@ -186,7 +201,7 @@ impl<W: Write> Following<'_, W> {
         let Subscription { ref pattern, view, dots, tracks, .. } = *self.wanted;
         // 0 is the connection itself.
         self.channel = self.channel.checked_add(1).unwrap_or(1);
-        let resume = if resumes && !pattern.contains('*') { self.streams.resume(pattern) } else { None };
+        let resume = if resumes && !pattern.contains('*') { self.mirrors.resume(pattern) } else { None };
         sending.send(self.channel, Subscribe { pattern: pattern.clone(), view, dots, resume })?;
         match tracks {
             TracksWanted::No => Ok(()),
@@ -194,7 +209,7 @@ impl<W: Write> Following<'_, W> {
         }
     }
 
-    fn take(&mut self, channel: u32, message: &Message) -> anyhow::Result<Then> {
+    fn take(&mut self, channel: u32, message: &Message) -> Result<Then, FollowError> {
         match message {
             Message::Goodbye(goodbye) => {
                 self.part(&goodbye.reason, goodbye.streams.iter().cloned().collect());
@@ -205,7 +220,7 @@ impl<W: Write> Following<'_, W> {
                 tracing::debug!("a message of type {:#06x} on channel {channel} came too late", message.kind());
                 return Ok(Then::GoOn);
             }
-            // What belongs to the last wanted frame comes before the next one.
+            // All that belongs to the last wanted frame comes before the next frame.
             Message::Snapshot(_) | Message::Diff(_) if self.ends.is_some() => {
                 self.ends = Some(Instant::now());
                 return Ok(Then::GoOn);
@@ -213,38 +228,38 @@ impl<W: Write> Following<'_, W> {
             _ => {}
         }
         (self.lost, self.pause) = (None, PAUSES[0]);
-        match self.streams.take(message) {
+        match self.mirrors.take(message) {
             Ok(Taken::Frame) => {
                 self.gaps = 0;
                 self.frame(message)?;
             }
             Ok(Taken::Other) => self.note(message),
-            Err(error @ (StreamError::Mirror { .. } | StreamError::Tracks { .. })) => return self.gap(error),
-            Err(error) => return Err(error).context(format!("the daemon at {} is wrong", self.wanted.from)),
+            Err(error @ (MirrorsError::Mirror { .. } | MirrorsError::Tracks { .. })) => return self.gap(error),
+            Err(source) => return Err(FollowError::Wrong { address: self.wanted.from.clone(), source }),
         }
-        self.present(channel, message)?;
+        self.hand_on(channel, message)?;
         Ok(Then::GoOn)
     }
 
-    fn present(&mut self, channel: u32, message: &Message) -> anyhow::Result<()> {
+    fn hand_on(&mut self, channel: u32, message: &Message) -> Result<(), FollowError> {
         let begun = *self.begun.get_or_insert_with(Instant::now);
-        let shown = self.show.message(&self.streams, begun.elapsed(), channel, message);
-        shown.context("cannot write frames")?;
-        self.streams.forget_closed(message);
-        let bytes = HumanBytes(self.show.recorded());
-        self.progress.set_message(format!("{} frames, {bytes}", self.frames));
+        let name = self.mirrors.name_of(message);
+        self.sink.write(name, begun.elapsed(), channel, message).map_err(FollowError::Write)?;
+        self.mirrors.forget_closed(message);
+        self.sink.progress(self.frames);
         Ok(())
     }
 
-    fn frame(&mut self, message: &Message) -> anyhow::Result<()> {
+    fn frame(&mut self, message: &Message) -> Result<(), FollowError> {
         self.frames += 1;
         let (number, frame) = match message {
             Message::Snapshot(snapshot) => (snapshot.stream, &snapshot.frame),
             Message::Diff(diff) => (diff.stream, &diff.frame),
             _ => return Ok(()),
         };
-        if let (true, Some(stream)) = (self.wanted.check, self.streams.get(number)) {
-            verify(&stream.mirror, frame).with_context(|| format!("stream {}", stream.name))?;
+        if let (true, Some(stream)) = (self.wanted.check, self.mirrors.get(number)) {
+            let differs = |source| FollowError::Differs { stream: stream.name.clone(), source };
+            verify(&stream.mirror, frame).map_err(differs)?;
         }
         if self.wanted.frames.is_some_and(|wanted| self.frames >= wanted) && self.ends.is_none() {
             let is_all = self.wanted.dots == DotsWanted::No && self.wanted.tracks == TracksWanted::No;
@@ -254,26 +269,18 @@ impl<W: Write> Following<'_, W> {
         Ok(())
     }
 
+    /// Logs what the output does not announce.
     fn note(&mut self, message: &Message) {
-        let name = |number| self.streams.get(number).map_or("", |stream| stream.name.as_str());
+        let name = self.mirrors.name_of(message);
         match message {
-            told if self.show.tells(told) => {}
+            announced if self.sink.announces(announced) => {}
             Message::StreamOpened(opened) => tracing::debug!("stream {:?} is at frame {}", opened.name, opened.frame),
-            Message::StreamClosed(closed) => {
-                tracing::info!("stream {} has ended after frame {}", name(closed.stream), closed.frame);
-            }
-            Message::Resumed(resumed) => {
-                tracing::info!("stream {} goes on after frame {}", name(resumed.stream), resumed.frame);
-            }
+            Message::StreamClosed(closed) => tracing::info!("stream {name} has ended after frame {}", closed.frame),
+            Message::Resumed(resumed) => tracing::info!("stream {name} goes on after frame {}", resumed.frame),
             Message::Lagged(lagged) => {
-                tracing::warn!(
-                    "stream {}: frames {} to {} come as one",
-                    name(lagged.stream),
-                    lagged.first,
-                    lagged.last
-                );
+                tracing::warn!("stream {name}: frames {} to {} come as one", lagged.first, lagged.last);
             }
-            // The last frame's dots are there; its tracks come only if something has happened to them.
+            // The last frame's dots are there. Its tracks come only if there are events.
             Message::Dots(_) if self.ends.is_some() && self.wanted.tracks == TracksWanted::No => {
                 self.ends = Some(Instant::now());
             }
@@ -281,33 +288,33 @@ impl<W: Write> Following<'_, W> {
         }
     }
 
-    fn gap(&mut self, error: StreamError) -> anyhow::Result<Then> {
+    fn gap(&mut self, error: MirrorsError) -> Result<Then, FollowError> {
         self.gaps += 1;
         if self.wanted.check {
-            return Err(error).context("--check stops here");
+            return Err(FollowError::Gap(error));
         }
         if self.gaps > GAPS {
-            return Err(error).context(format!("{GAPS} subscriptions did not help: the daemon is wrong"));
+            return Err(FollowError::Gaps { tries: GAPS, source: error });
         }
-        tracing::warn!("{:#}; subscribing again", anyhow::Error::from(error));
+        tracing::warn!("{}; subscribing again", Chain(&error));
         Ok(Then::SubscribeAnew)
     }
 
-    fn refused(&self, report: &Report) -> anyhow::Error {
-        let text = format!("the daemon at {}: {}", self.wanted.from, report.text);
-        // These end the connection, and may be over later.
+    fn refused(&self, report: &Report) -> FollowError {
+        let (address, reason) = (self.wanted.from.clone(), report.text.clone());
+        // These end the connection. A later attempt may succeed.
         let ends = [ErrorCode::BadFrame, ErrorCode::TooManyConnections, ErrorCode::TooSlow];
         if ends.map(|code| code as u16).contains(&report.code) {
-            ClientError::Rejected { address: self.wanted.from.clone(), reason: report.text.clone() }.into()
+            ClientError::Rejected { address, reason }.into()
         } else {
-            anyhow::anyhow!(text)
+            FollowError::Refused { address, reason }
         }
     }
 
-    /// Says how far each stream has come, here and there.
+    /// Logs how far each stream has come, here and at the daemon.
     fn part(&self, reason: &str, there: BTreeMap<String, u64>) {
         tracing::info!("the daemon at {} says goodbye: {reason}", self.wanted.from);
-        for stream in self.streams.iter() {
+        for stream in self.mirrors.iter() {
             let (name, here) = (&stream.name, stream.mirror.number());
             match there.get(name) {
                 Some(&last) if last != here => {
@@ -319,7 +326,7 @@ impl<W: Write> Following<'_, W> {
     }
 
     /// A new connection; none if a signal comes first.
-    fn reconnect(&mut self) -> anyhow::Result<Option<Client>> {
+    fn reconnect(&mut self) -> Result<Option<Client>, FollowError> {
         let lost = *self.lost.get_or_insert_with(Instant::now);
         loop {
             tracing::info!("connecting again in {}", humantime::format_duration(self.pause));
@@ -332,7 +339,7 @@ impl<W: Write> Following<'_, W> {
                 Ok(client) => return Ok(Some(client)),
                 Err(error @ ClientError::Versions { .. }) => return Err(error.into()),
                 Err(error) if lost.elapsed() < PERSEVERANCE => tracing::debug!("{error}"),
-                Err(error) => bail!("no connection for {} s: {error}", PERSEVERANCE.as_secs()),
+                Err(reason) => return Err(FollowError::Unreachable { seconds: PERSEVERANCE.as_secs(), reason }),
             }
         }
     }

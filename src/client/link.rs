@@ -1,7 +1,11 @@
 //! The sending half of a connection, and what both halves share.
 //!
-//! In: messages. Out: their bytes, in whole frames, one after the other. Invariants: whoever receives never waits for whoever sends: its pings and pongs are left to be sent by the other if the way is taken or
-//! stuffed, else both sides could wait for each other for ever; a sender that gets no byte through ends with an error once the daemon has been silent for too long. Must not know: what messages mean.
+//! In: messages.
+//! Out: their bytes, in whole frames, one after the other.
+//! Invariants: the receiving half never waits for the sending half. It leaves its pings and pongs to the sender if that
+//! one is writing or the socket takes no bytes; else both sides of a connection could wait for each other for ever. A
+//! sender that gets no byte through fails once the daemon has been silent for too long.
+//! Must not know: what messages mean.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -16,7 +20,8 @@ use socket2::Socket;
 use super::error::ClientError;
 use crate::daemon::Address;
 
-/// Pings and pongs that may wait to be sent; of more than these the oldest are forgotten, which only a peer that floods us with pings will notice.
+/// Pings and pongs that may wait to be sent. Of more, the oldest are dropped, which only a daemon that sends pings
+/// without end will notice.
 const OWED: usize = 64;
 
 /// A connection as its two halves see it.
@@ -24,10 +29,10 @@ const OWED: usize = 64;
 pub struct Link {
     pub address: Address,
     version: u16,
-    /// The daemon may be silent for so long.
+    /// How long the daemon may be silent.
     pub patience: Duration,
     begun: Instant,
-    /// When the daemon was last heard, in milliseconds after the beginning.
+    /// When bytes of the daemon last came, in milliseconds after the beginning.
     heard: AtomicU64,
     is_closed: AtomicBool,
     outgoing: Mutex<Outgoing>,
@@ -72,7 +77,7 @@ impl Link {
         self.pay(&mut outgoing)
     }
 
-    /// Sends a ping or a pong if that can be done without waiting for the other half; else leaves it to that.
+    /// Sends a ping or a pong if that needs no waiting for the other half; else leaves it to that.
     pub fn owe(&self, message: Message) -> Result<(), ClientError> {
         let mut owed = self.owed();
         if owed.len() == OWED {
@@ -93,17 +98,17 @@ impl Link {
         self.pay(&mut outgoing)
     }
 
-    /// The daemon was heard.
+    /// Bytes of the daemon have come.
     pub fn hear(&self) {
         self.heard.store(self.begun.elapsed().as_millis() as u64, Relaxed);
     }
 
-    /// How long it was not.
+    /// How long none have come.
     pub fn silence(&self) -> Duration {
         self.begun.elapsed().saturating_sub(Duration::from_millis(self.heard.load(Relaxed)))
     }
 
-    /// Nothing more can come: whoever is sending need not wait.
+    /// Nothing more can come: the sending half need not wait.
     pub fn close(&self) {
         self.is_closed.store(true, Relaxed);
     }
@@ -111,7 +116,7 @@ impl Link {
     /// Says that nothing more will be sent.
     pub fn finish(&self) {
         let outgoing = self.outgoing.lock().unwrap_or_else(PoisonError::into_inner);
-        // A connection that is gone already has nothing to say.
+        // A connection that is gone cannot be shut down, and need not be.
         drop(outgoing.socket.shutdown(Shutdown::Write));
     }
 
@@ -131,7 +136,7 @@ impl Link {
     }
 
     fn pay(&self, outgoing: &mut Outgoing) -> Result<(), ClientError> {
-        // Only when the way is free: what is owed is bounded, and so is what waits behind a stuffed way.
+        // Only if all before was written: both what is owed and the backlog are bounded then.
         if outgoing.backlog.is_empty() {
             for message in self.owed().drain(..) {
                 outgoing.backlog.extend(self.frame(0, &message)?);

@@ -1,7 +1,10 @@
-//! What a consumer holds: a proved mirror for every stream that it follows.
+//! What a consumer holds: a proved mirror of every stream that it follows.
 //!
-//! In: a daemon's messages about streams, live or recorded. Out: whether one has shown a frame, or why it cannot be believed. Invariants: a frame that was taken is proved by its checksum; a mirror outlives its connection, so that a
-//! stream can be resumed. Must not know: where messages come from, how they are shown.
+//! In: a daemon's messages about streams, live or recorded.
+//! Out: whether a message was a frame, or why it cannot be believed.
+//! Invariants: a frame that was taken is proved by its checksum. A mirror outlives its connection, so that the
+//! stream can be resumed. The number of mirrors is bounded.
+//! Must not know: where messages come from, how they are shown.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +15,7 @@ use thiserror::Error;
 
 use crate::daemon::DEFAULT_STREAM;
 
-/// More streams than this nobody follows at once: whoever announces them must not take all memory.
+/// At most so many streams are followed at once: a peer that announces more must not take all memory.
 const STREAMS: usize = 1 << 14;
 
 /// A stream that is followed.
@@ -28,14 +31,14 @@ pub struct Stream {
     tracks: TrackMirror,
 }
 
-/// All that are followed, by number.
+/// The mirrors of all streams that are followed, by number.
 #[derive(Debug, Default)]
-pub struct Streams(BTreeMap<u32, Stream>);
+pub struct Mirrors(BTreeMap<u32, Stream>);
 
 /// What a message was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taken {
-    /// A frame, proved.
+    /// A frame that was proved.
     Frame,
     /// Something else about a stream.
     Other,
@@ -43,7 +46,7 @@ pub enum Taken {
 
 /// Why a message cannot be believed.
 #[derive(Debug, Error)]
-pub enum StreamError {
+pub enum MirrorsError {
     /// It does not lead on from what is held: there is a gap.
     #[error("stream {name}")]
     Mirror {
@@ -80,15 +83,14 @@ pub enum StreamError {
     },
 }
 
-impl Streams {
+impl Mirrors {
     /// Takes a message in.
     ///
     /// # Errors
-    /// [`StreamError`].
-    pub fn take(&mut self, message: &Message) -> Result<Taken, StreamError> {
+    /// [`MirrorsError`].
+    pub fn take(&mut self, message: &Message) -> Result<Taken, MirrorsError> {
         match message {
             Message::StreamOpened(opened) => self.open(opened)?,
-            Message::StreamClosed(closed) => self.known(closed.stream).map(drop)?,
             Message::Snapshot(snapshot) => {
                 let stream = self.known(snapshot.stream)?;
                 return proved(&stream.name, stream.mirror.apply_snapshot(snapshot));
@@ -97,16 +99,15 @@ impl Streams {
                 let stream = self.known(diff.stream)?;
                 return proved(&stream.name, stream.mirror.apply_diff(diff));
             }
-            Message::Dots(dots) => self.known(dots.stream).map(drop)?,
             Message::Tracks(tracks) => {
                 let stream = self.known(tracks.stream)?;
                 let name = || stream.name.clone();
-                stream.tracks.apply(tracks).map_err(|source| StreamError::Tracks { name: name(), source })?;
+                stream.tracks.apply(tracks).map_err(|source| MirrorsError::Tracks { name: name(), source })?;
             }
-            Message::Heartbeat(heartbeat) => self.known(heartbeat.stream).map(drop)?,
-            Message::Lagged(lagged) => self.known(lagged.stream).map(drop)?,
-            Message::Resumed(resumed) => self.known(resumed.stream).map(drop)?,
-            other => return Err(StreamError::OutOfPlace { kind: other.kind() }),
+            other => {
+                let number = subject(other).ok_or(MirrorsError::OutOfPlace { kind: other.kind() })?;
+                self.known(number)?;
+            }
         }
         Ok(Taken::Other)
     }
@@ -114,8 +115,8 @@ impl Streams {
     /// Takes a recorded message in: a stream that shows itself without having been announced is the default one.
     ///
     /// # Errors
-    /// [`StreamError`].
-    pub fn take_recorded(&mut self, message: &Message) -> Result<Taken, StreamError> {
+    /// [`MirrorsError`].
+    pub fn take_recorded(&mut self, message: &Message) -> Result<Taken, MirrorsError> {
         if let Message::Snapshot(Snapshot { stream, .. }) | Message::Diff(Diff { stream, .. }) = message
             && !self.0.contains_key(stream)
         {
@@ -125,7 +126,7 @@ impl Streams {
         self.take(message)
     }
 
-    /// Forgets a stream that has ended, once that was shown.
+    /// Forgets a stream that has ended, after that message was written.
     pub fn forget_closed(&mut self, message: &Message) {
         if let Message::StreamClosed(closed) = message {
             self.0.remove(&closed.stream);
@@ -135,6 +136,12 @@ impl Streams {
     /// A stream by its number.
     pub fn get(&self, number: u32) -> Option<&Stream> {
         self.0.get(&number)
+    }
+
+    /// The name of the stream that a message is about; empty if it was not announced.
+    pub fn name_of(&self, message: &Message) -> &str {
+        let stream = subject(message).and_then(|number| self.get(number));
+        stream.map_or("", |stream| stream.name.as_str())
     }
 
     /// All.
@@ -149,10 +156,10 @@ impl Streams {
         (frame > 0 && !stream.mirror.needs_snapshot()).then_some(Resume { epoch, frame })
     }
 
-    fn open(&mut self, opened: &StreamOpened) -> Result<(), StreamError> {
+    fn open(&mut self, opened: &StreamOpened) -> Result<(), MirrorsError> {
         let &StreamOpened { stream, ref name, epoch, .. } = opened;
         if !is_name(name) {
-            return Err(StreamError::BadName(name.clone()));
+            return Err(MirrorsError::BadName(name.clone()));
         }
         // It may be known from an earlier connection or subscription, under whatever number.
         let known: Vec<u32> =
@@ -160,22 +167,38 @@ impl Streams {
         let known: Vec<Stream> = known.iter().filter_map(|number| self.0.remove(number)).collect();
         let mirror = known.into_iter().find(|known| known.epoch == epoch).map(|known| known.mirror);
         if self.0.len() >= STREAMS {
-            return Err(StreamError::TooMany);
+            return Err(MirrorsError::TooMany);
         }
         let tracks = TrackMirror::new();
         self.0.insert(stream, Stream { name: name.clone(), epoch, mirror: mirror.unwrap_or_default(), tracks });
         Ok(())
     }
 
-    fn known(&mut self, number: u32) -> Result<&mut Stream, StreamError> {
-        self.0.get_mut(&number).ok_or(StreamError::NotOpened { stream: number })
+    fn known(&mut self, number: u32) -> Result<&mut Stream, MirrorsError> {
+        self.0.get_mut(&number).ok_or(MirrorsError::NotOpened { stream: number })
     }
 }
 
-fn proved(name: &str, outcome: Result<(), MirrorError>) -> Result<Taken, StreamError> {
+/// The number of the stream that a message is about.
+fn subject(message: &Message) -> Option<u32> {
+    match message {
+        Message::StreamOpened(opened) => Some(opened.stream),
+        Message::StreamClosed(closed) => Some(closed.stream),
+        Message::Snapshot(snapshot) => Some(snapshot.stream),
+        Message::Diff(diff) => Some(diff.stream),
+        Message::Dots(dots) => Some(dots.stream),
+        Message::Tracks(tracks) => Some(tracks.stream),
+        Message::Heartbeat(heartbeat) => Some(heartbeat.stream),
+        Message::Lagged(lagged) => Some(lagged.stream),
+        Message::Resumed(resumed) => Some(resumed.stream),
+        _ => None,
+    }
+}
+
+fn proved(name: &str, outcome: Result<(), MirrorError>) -> Result<Taken, MirrorsError> {
     match outcome {
         Ok(()) => Ok(Taken::Frame),
-        Err(source) => Err(StreamError::Mirror { name: name.to_owned(), source }),
+        Err(source) => Err(MirrorsError::Mirror { name: name.to_owned(), source }),
     }
 }
 
@@ -209,26 +232,26 @@ mod tests {
 
     #[test]
     fn a_stream_is_known_again_by_name_and_epoch() {
-        let mut streams = Streams::default();
-        streams.take(&opened(1, "a", 7)).unwrap();
-        assert_eq!(streams.resume("a"), None, "there is nothing to resume from");
-        assert_eq!(streams.take(&empty(1, 3)).unwrap(), Taken::Frame);
-        assert_eq!(streams.resume("a"), Some(Resume { epoch: 7, frame: 3 }));
-        streams.take(&opened(5, "a", 7)).unwrap();
-        assert_eq!(streams.resume("a"), Some(Resume { epoch: 7, frame: 3 }));
-        assert!(streams.get(1).is_none());
-        streams.take(&opened(5, "a", 8)).unwrap();
-        assert_eq!(streams.resume("a"), None, "another stream of that name");
+        let mut mirrors = Mirrors::default();
+        mirrors.take(&opened(1, "a", 7)).unwrap();
+        assert_eq!(mirrors.resume("a"), None, "there is nothing to resume from");
+        assert_eq!(mirrors.take(&empty(1, 3)).unwrap(), Taken::Frame);
+        assert_eq!(mirrors.resume("a"), Some(Resume { epoch: 7, frame: 3 }));
+        mirrors.take(&opened(5, "a", 7)).unwrap();
+        assert_eq!(mirrors.resume("a"), Some(Resume { epoch: 7, frame: 3 }));
+        assert!(mirrors.get(1).is_none());
+        mirrors.take(&opened(5, "a", 8)).unwrap();
+        assert_eq!(mirrors.resume("a"), None, "another stream of that name");
     }
 
     #[test]
     fn what_was_not_announced_is_not_believed() {
-        let mut streams = Streams::default();
-        assert!(matches!(streams.take(&empty(1, 1)), Err(StreamError::NotOpened { stream: 1 })));
-        assert_eq!(streams.take_recorded(&empty(1, 1)).unwrap(), Taken::Frame);
-        assert_eq!(streams.get(1).unwrap().name, DEFAULT_STREAM, "in a recording it has a name of its own");
-        assert!(matches!(streams.take(&opened(1, "a\u{7}", 1)), Err(StreamError::BadName(_))));
+        let mut mirrors = Mirrors::default();
+        assert!(matches!(mirrors.take(&empty(1, 1)), Err(MirrorsError::NotOpened { stream: 1 })));
+        assert_eq!(mirrors.take_recorded(&empty(1, 1)).unwrap(), Taken::Frame);
+        assert_eq!(mirrors.get(1).unwrap().name, DEFAULT_STREAM, "in a recording it has a name of its own");
+        assert!(matches!(mirrors.take(&opened(1, "a\u{7}", 1)), Err(MirrorsError::BadName(_))));
         let ping = Message::Ping(hopes_protocol::Ping { token: 1 });
-        assert!(matches!(streams.take(&ping), Err(StreamError::OutOfPlace { kind: 3 })));
+        assert!(matches!(mirrors.take(&ping), Err(MirrorsError::OutOfPlace { kind: 3 })));
     }
 }

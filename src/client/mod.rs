@@ -1,9 +1,11 @@
-//! A client of a daemon: connecting, sending points, following streams.
+//! A client of a daemon: connecting, sending points, following streams, asking for numbers.
 //!
-//! In: an address; points to send, or the streams to follow. Out: answers; proved frames.
-//! Invariants: nothing waits for ever; a frame that is handed on was proved by its checksum.
+//! In: an address; points to send, or the streams to follow.
+//! Out: outcomes; proved frames.
+//! Invariants: nothing waits for ever; a frame that is handed on is proved by its checksum.
 //! Must not know: arguments, how frames are shown.
 
+mod chain;
 pub mod connection;
 pub mod delivery;
 mod error;
@@ -11,7 +13,8 @@ pub mod follow;
 mod link;
 pub mod mirrors;
 pub mod pace;
+pub mod status;
 pub mod verify;
 
-pub use connection::{Client, Timeouts};
+pub use connection::{Client, SOFTWARE, Timeouts};
 pub use error::ClientError;

@@ -1,7 +1,9 @@
-//! The pace of frames, where somebody has set one.
+//! A pace of frames.
 //!
-//! In: frames a second. Out: when the next is due. Invariants: the distance between two frames is never less than asked
-//! for, and a late one is not made up for. Must not know: what frames are.
+//! In: frames a second.
+//! Out: when the next frame is due.
+//! Invariants: the distance between two frames is never less than asked for. A late frame is not made up for.
+//! Must not know: what frames are.
 
 use std::time::{Duration, Instant};
 

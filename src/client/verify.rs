@@ -1,6 +1,9 @@
-//! A frame recomputed: what the cloud of a mirror gives from scratch, against what the mirror shows.
+//! Verification of a frame: the cloud of a mirror is computed from scratch, and compared with what the mirror shows.
 //!
-//! In: a mirror. Out: the first difference, if there is one. Invariants: no trust in the daemon but for the positions of the vertices. Only for views that are not simplified, since those keep all vertices of the cloud.
+//! In: a mirror.
+//! Out: the first difference, if there is one.
+//! Invariants: nothing of the daemon is trusted but the positions of the vertices. Only for views that are not
+//! simplified, since those keep all vertices of the cloud.
 //! Must not know: where the mirror comes from.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,6 +1,9 @@
 //! A table for people: columns as wide as their widest cell.
 //!
-//! In: the heads of columns, rows of cells. Out: a line a row. Invariants: words stand at the left, numbers at the right; nothing follows the last cell of a line; rows are made twice and never kept, so memory does not grow with them.
+//! In: the heads of columns, rows of cells.
+//! Out: a line a row.
+//! Invariants: words stand at the left, numbers at the right. No blanks follow the last cell of a line. Rows are made
+//! twice and never kept, so memory does not grow with them.
 //! Must not know: what cells say.
 
 use std::io::{self, Write};

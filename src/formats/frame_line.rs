@@ -1,7 +1,9 @@
-//! A frame as a JSON line; its keys stand in the README.
+//! A frame as a JSON line; its keys stand in `hopes serve --help`.
 //!
-//! In: a stream's name, and what has changed in a view of it. Out: a value that serializes. Invariants: its size is that of the diff;
-//! numbers that are not finite are null. Must not know: channels, the core.
+//! In: a stream's name, and what has changed in a view of it.
+//! Out: a value that serializes.
+//! Invariants: its size is that of the diff; numbers that are not finite are null.
+//! Must not know: channels, the core.
 
 use hopes_protocol::{
     Critical, Cut, Diff, Edge, FrameInfo, Happening, Simplify, Snapshot, Track, TrackEvent, Tracks, Vertex,
@@ -181,7 +183,7 @@ impl<'a> FrameLine<'a> {
         }
     }
 
-    /// Also tells what has happened to tracks up to the frame, and perhaps all that are alive.
+    /// Adds the events of tracks up to the frame and, if given, all living tracks.
     pub fn add_tracks(&mut self, events: &[TrackEvent], alive: Option<Vec<Track>>) {
         self.tracks = Some(TracksPart::new(events, alive.as_deref()));
     }

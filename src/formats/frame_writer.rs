@@ -1,8 +1,9 @@
 //! Frames of one stream, written as they come: JSON lines, or a recording.
 //!
-//! In: [`OutputFrame`]s, in order. Out: bytes on a sink.
+//! In: [`OutputFrame`]s, in order.
+//! Out: bytes on a sink.
 //! Invariants: every frame is flushed before `write` returns.
-//! Must not know: how frames come about, threads.
+//! Must not know: how frames are computed, threads.
 
 use std::io::{self, BufWriter, Write};
 

@@ -1,13 +1,16 @@
-//! The ways in which frames are shown: a line for people, what happens to tracks, JSON lines, a recording.
+//! The forms in which messages about streams are written: a line a frame for people, what happens to tracks, JSON
+//! lines, a recording.
 //!
-//! In: messages about streams that were taken by [`Streams`]. Out: text or bytes on a sink, flushed with every message. Invariants: the JSON line of a frame is that of `serve`; a gap is always told (`lagged`); what a peer has
-//! named is printable. Must not know: where messages come from.
+//! In: messages that were checked against a mirror, each with the name of its stream.
+//! Out: text or bytes on a sink, flushed with every message.
+//! Invariants: the JSON line of a frame is that of `serve`; a gap is always announced (`lagged`); what a peer has
+//! named is printable.
+//! Must not know: where messages come from.
 
 use std::fmt;
 use std::io::{self, Write};
 use std::time::Duration;
 
-use clap::ValueEnum;
 use hopes_protocol::{
     Cause, Cut, Diff, Dot, Dots, FrameInfo, Happening, Lagged, Message, Snapshot, TrackEvent, Tracks,
 };
@@ -15,57 +18,57 @@ use serde::Serialize;
 
 use super::frame_line::{FrameLine, TracksLine};
 use super::recording::Recording;
-use crate::client::mirrors::Streams;
+use super::short::Short;
 
-/// How frames are written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Output {
+/// How messages are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MessageForm {
     /// A line a frame, for people.
     #[default]
     Text,
     /// What happens to tracks and nothing else, for people.
     Events,
-    /// JSON lines, as of serve.
+    /// JSON lines, as of `serve`.
     Jsonl,
-    /// A recording, for replay.
+    /// A recording, for `replay`.
     Bin,
 }
 
-/// Writes what it is shown.
-pub enum Show<W> {
+/// Writes messages in one of the forms.
+pub enum MessageWriter<W> {
     /// For people.
     Text(W),
-    /// For people who want to know of tracks only.
+    /// For people who follow tracks only.
     Events(W),
     /// For programs.
     Jsonl(W),
-    /// For replay.
+    /// For `replay`.
     Bin(Recording<W>),
 }
 
-impl<W: Write> Show<W> {
-    /// Writes what stands at the beginning.
-    pub fn new(output: Output, sink: W) -> io::Result<Self> {
-        Ok(match output {
-            Output::Text => Self::Text(sink),
-            Output::Events => Self::Events(sink),
-            Output::Jsonl => Self::Jsonl(sink),
-            Output::Bin => Self::Bin(Recording::new(sink)?),
+impl<W: Write> MessageWriter<W> {
+    /// Begins the output; a recording begins with a banner.
+    pub fn new(form: MessageForm, sink: W) -> io::Result<Self> {
+        Ok(match form {
+            MessageForm::Text => Self::Text(sink),
+            MessageForm::Events => Self::Events(sink),
+            MessageForm::Jsonl => Self::Jsonl(sink),
+            MessageForm::Bin => Self::Bin(Recording::new(sink)?),
         })
     }
 
-    /// Shows a message that came so long after the first.
-    pub fn message(&mut self, streams: &Streams, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
+    /// Writes a message about the stream of that name, which came so long after the first message.
+    pub fn write(&mut self, name: &str, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
         match self {
-            Self::Text(sink) => as_text(sink, streams, message).and_then(|()| sink.flush()),
-            Self::Events(sink) => as_events(sink, streams, message).and_then(|()| sink.flush()),
-            Self::Jsonl(sink) => as_json(sink, streams, message).and_then(|()| sink.flush()),
+            Self::Text(sink) => as_text(sink, name, message).and_then(|()| sink.flush()),
+            Self::Events(sink) => as_events(sink, name, message).and_then(|()| sink.flush()),
+            Self::Jsonl(sink) => as_json(sink, name, message).and_then(|()| sink.flush()),
             Self::Bin(recording) => recording.write(elapsed, channel, message),
         }
     }
 
-    /// Whether whoever looks at the output sees this there.
-    pub fn tells(&self, message: &Message) -> bool {
+    /// Whether the output says in words what the message reports, so that a log line would only repeat it.
+    pub fn announces(&self, message: &Message) -> bool {
         match self {
             Self::Text(_) => matches!(message, Message::Lagged(_) | Message::StreamClosed(_)),
             Self::Events(_) => matches!(message, Message::StreamClosed(_)),
@@ -74,8 +77,8 @@ impl<W: Write> Show<W> {
         }
     }
 
-    /// Bytes of the recording.
-    pub fn recorded(&self) -> u64 {
+    /// Bytes of the recording so far.
+    pub fn bytes_written(&self) -> u64 {
         match self {
             Self::Text(_) | Self::Events(_) | Self::Jsonl(_) => 0,
             Self::Bin(recording) => recording.bytes(),
@@ -83,12 +86,7 @@ impl<W: Write> Show<W> {
     }
 }
 
-/// The name of a stream; those that are shown were announced.
-fn name(streams: &Streams, number: u32) -> &str {
-    streams.get(number).map_or("", |stream| stream.name.as_str())
-}
-
-fn as_text(sink: &mut impl Write, streams: &Streams, message: &Message) -> io::Result<()> {
+fn as_text(sink: &mut impl Write, name: &str, message: &Message) -> io::Result<()> {
     match message {
         Message::Snapshot(snapshot) => {
             let Snapshot { vertices, edges, critical, .. } = snapshot;
@@ -99,28 +97,28 @@ fn as_text(sink: &mut impl Write, streams: &Streams, message: &Message) -> io::R
                 Cause::Lagged => "lagged",
                 Cause::CannotResume => "cannot resume",
             };
-            let frame = Line { name: name(streams, snapshot.stream), frame: &snapshot.frame };
+            let frame = Line { name, frame: &snapshot.frame };
             writeln!(sink, "{frame}  all {size} ({why})")
         }
         Message::Diff(diff) => {
             let (added, removed) = size(diff);
-            let frame = Line { name: name(streams, diff.stream), frame: &diff.frame };
+            let frame = Line { name, frame: &diff.frame };
             writeln!(sink, "{frame}  +{added} -{removed}")
         }
-        Message::Lagged(Lagged { stream, first, last }) => {
-            writeln!(sink, "{}  frames {first} to {last} come as one: this side was too slow", name(streams, *stream))
+        Message::Lagged(Lagged { first, last, .. }) => {
+            writeln!(sink, "{name}  frames {first} to {last} come as one: this side was too slow")
         }
-        Message::Dots(dots) => dots_as_text(sink, name(streams, dots.stream), dots),
-        _ => as_events(sink, streams, message),
+        Message::Dots(dots) => dots_as_text(sink, name, dots),
+        _ => as_events(sink, name, message),
     }
 }
 
-fn as_events(sink: &mut impl Write, streams: &Streams, message: &Message) -> io::Result<()> {
+fn as_events(sink: &mut impl Write, name: &str, message: &Message) -> io::Result<()> {
     match message {
-        Message::Tracks(tracks) => tracks_as_text(sink, name(streams, tracks.stream), tracks),
+        Message::Tracks(tracks) => tracks_as_text(sink, name, tracks),
         Message::StreamClosed(closed) => {
             let reason: String = closed.reason.chars().filter(|character| !character.is_control()).collect();
-            writeln!(sink, "{}  closed after frame {}: {reason}", name(streams, closed.stream), closed.frame)
+            writeln!(sink, "{name}  closed after frame {}: {reason}", closed.frame)
         }
         _ => Ok(()),
     }
@@ -188,19 +186,6 @@ impl fmt::Display for Line<'_> {
     }
 }
 
-/// A number to four digits.
-pub struct Short(pub f64);
-
-impl fmt::Display for Short {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let rounded = format!("{:.3e}", self.0);
-        match rounded.parse::<f64>() {
-            Ok(value) if value == 0.0 || (1e-4..1e7).contains(&value.abs()) => write!(f, "{value}"),
-            _ => f.write_str(&rounded),
-        }
-    }
-}
-
 #[derive(Serialize)]
 struct LaggedLine<'a> {
     stream: &'a str,
@@ -229,12 +214,12 @@ struct HoleLine {
     radius: f64,
 }
 
-fn as_json(sink: &mut impl Write, streams: &Streams, message: &Message) -> io::Result<()> {
+fn as_json(sink: &mut impl Write, name: &str, message: &Message) -> io::Result<()> {
     match message {
-        Message::Snapshot(snapshot) => line(sink, &FrameLine::of_snapshot(name(streams, snapshot.stream), snapshot)),
-        Message::Diff(diff) => line(sink, &FrameLine::new(name(streams, diff.stream), diff)),
-        Message::Lagged(Lagged { stream, first, last }) => {
-            line(sink, &LaggedLine { stream: name(streams, *stream), lagged: [*first, *last] })
+        Message::Snapshot(snapshot) => line(sink, &FrameLine::of_snapshot(name, snapshot)),
+        Message::Diff(diff) => line(sink, &FrameLine::new(name, diff)),
+        Message::Lagged(Lagged { first, last, .. }) => {
+            line(sink, &LaggedLine { stream: name, lagged: [*first, *last] })
         }
         Message::Dots(dots) => {
             let listed = dots.dots.iter().map(|dot| DotLine {
@@ -243,10 +228,10 @@ fn as_json(sink: &mut impl Write, streams: &Streams, message: &Message) -> io::R
                 edge: dot.edge,
                 hole: HoleLine { center: dot.center, radius: dot.radius },
             });
-            let (stream, dots, frame, total) = (name(streams, dots.stream), listed.collect(), dots.frame, dots.total);
+            let (stream, dots, frame, total) = (name, listed.collect(), dots.frame, dots.total);
             line(sink, &DotsLine { stream, frame, dots, total })
         }
-        Message::Tracks(tracks) => line(sink, &TracksLine::new(name(streams, tracks.stream), tracks)),
+        Message::Tracks(tracks) => line(sink, &TracksLine::new(name, tracks)),
         _ => Ok(()),
     }
 }
@@ -254,24 +239,4 @@ fn as_json(sink: &mut impl Write, streams: &Streams, message: &Message) -> io::R
 fn line(sink: &mut impl Write, value: &impl Serialize) -> io::Result<()> {
     serde_json::to_writer(&mut *sink, value)?;
     sink.write_all(b"\n")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_short() {
-        for (value, shown) in [
-            (0.0, "0"),
-            (1.0, "1"),
-            (0.123456, "0.1235"),
-            (12345.6, "12350"),
-            (1e-9, "1.000e-9"),
-            (6.02e23, "6.020e23"),
-            (f64::NAN, "NaN"),
-        ] {
-            assert_eq!(Short(value).to_string(), shown);
-        }
-    }
 }

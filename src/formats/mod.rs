@@ -1,6 +1,7 @@
 //! Formats: between bytes and points, skeletons, tracks and pictures.
 //!
-//! In: bytes of files and pipes, or values of the core and of the wire. Out: the other of the two.
+//! In: bytes of files and pipes, or values of the core and of the wire.
+//! Out: the other of the two.
 //! Invariants: what cannot be used is reported with its place; memory is bounded by what has arrived.
 //! Must not know: sockets, threads, arguments.
 
@@ -14,5 +15,8 @@ pub mod picture;
 pub mod point_writer;
 pub mod points;
 pub mod recording;
+pub mod runs;
+pub mod scene;
+pub mod short;
 pub mod skeleton;
 pub mod tracks;

@@ -1,20 +1,21 @@
 //! Points on their way out, in the forms that `serve` and `feed` read.
 //!
-//! In: points to add and to take back, ends of frames. Out: text, JSON lines, or messages of the protocol. Invariants:
-//! numbers are written so that they are read as the same; no line and no message has more than a bounded number of
-//! points. Must not know: where points come from.
+//! In: points to add and to take back, ends of frames.
+//! Out: text, JSON lines, or messages of the protocol.
+//! Invariants: numbers are written so that they are read as the same; no line and no message has more than a
+//! bounded number of points.
+//! Must not know: where points come from.
 
 use std::fmt::Display;
 use std::io::{self, Write};
 
-use clap::ValueEnum;
 use hopes_protocol::{Banner, Batch, Commit, Message, Retract, VERSION, encode};
 use serde::Serialize;
 
 use crate::daemon::BATCH;
 
 /// How points are written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PointForm {
     /// x,y a line, and a blank line at the end of a frame.
     #[default]

@@ -1,18 +1,21 @@
 //! Points as `serve` and `feed` read them: text, JSON lines or the bytes of the protocol, as one series of inputs.
 //!
-//! In: a file, stdin or memory. Out: [`Input`]s, points in batches of a given size at the most, each with the place that it stands on: a line, or the byte at which its frame begins. Invariants: points that have arrived are handed on at once when
-//! nothing further is waiting; nothing is left behind at the end; whoever does not listen any more ends the reading. Must not know: where inputs go.
+//! In: a file, stdin or memory.
+//! Out: [`Input`]s. Points come in batches of bounded size, each point with its place: the line that it stands on,
+//! or the byte at which its frame of the protocol begins.
+//! Invariants: points that have arrived are sent on at once when no further bytes are waiting. Nothing is left
+//! behind at the end. A sink that returns false ends the reading.
+//! Must not know: where inputs go.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
 use hopes_protocol::Message;
-use indicatif::ProgressBar;
+use thiserror::Error;
 
-use super::input::{Columns, Format, Limits, Reader, Record};
-use super::recording::{Frames, Next};
+use super::input::{Columns, Format, Limits, ReadError, Reader, Record};
+use super::recording::{Frames, Next, RecordingError};
 use crate::daemon::{Batch, Input};
 
 /// How the points are written.
@@ -24,37 +27,68 @@ pub enum Form {
     Binary,
 }
 
-/// Where the points stand.
+/// Where the bytes come from.
 #[derive(Clone, Debug)]
-pub enum Place {
+pub enum Origin {
     Stdin,
     File(PathBuf),
     Memory(&'static [u8]),
 }
 
-/// Where points come from.
+/// Reads points.
 #[derive(Clone, Debug)]
-pub struct Source {
-    pub place: Place,
+pub struct PointSource {
+    pub origin: Origin,
     pub form: Form,
-    /// Close a frame by itself after so many points.
+    /// Close a frame after so many points.
     pub frame_points: Option<u64>,
-    /// Close the last frame too; who knows better when a frame is open does it itself.
+    /// Close the last frame too, unless the receiver does that itself.
     pub closes_last: bool,
     /// Begin anew at the end.
     pub loops: bool,
-    /// Points that are handed on together at the most.
+    /// Points of one batch, at most.
     pub batch: usize,
 }
 
-/// Nobody listens any more.
-struct Disconnected;
+/// Why points cannot be read on.
+#[derive(Debug, Error)]
+pub enum PointsError {
+    /// No such file.
+    #[error("cannot open {}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The source failed. The text names the cause.
+    #[error("{0}")]
+    Read(ReadError),
+    /// The bytes are no frames of the protocol.
+    #[error(transparent)]
+    Frames(#[from] RecordingError),
+    /// A recording of frames, not of points.
+    #[error("at byte {offset} there is no point: this is a recording, see hopes replay")]
+    Recording {
+        /// Where.
+        offset: u64,
+    },
+    /// A loop over an empty input.
+    #[error("there is nothing to loop over")]
+    NothingToLoop,
+}
 
-impl Source {
-    /// Reads to the end, and over and over if it loops.
-    pub fn read(&self, listener: &mut dyn FnMut(Input) -> bool, progress: &ProgressBar) -> anyhow::Result<()> {
-        let mut outbox = Outbox {
-            listener,
+/// The sink takes no more.
+struct Closed;
+
+impl PointSource {
+    /// Reads to the end, and over and over if it loops. From time to time, `progress` is called with the bytes read.
+    ///
+    /// # Errors
+    /// [`PointsError`].
+    pub fn read(&self, sink: &mut dyn FnMut(Input) -> bool, progress: &dyn Fn(u64)) -> Result<(), PointsError> {
+        let mut batcher = Batcher {
+            sink,
             batch: Batch::default(),
             most: self.batch.max(1),
             frame_points: self.frame_points,
@@ -63,26 +97,28 @@ impl Source {
             has_frames: false,
         };
         loop {
-            let heard = match &self.form {
-                Form::Lines(format, columns) => self.lines(*format, columns.clone(), &mut outbox, progress)?,
-                Form::Binary => self.binary(&mut outbox, progress)?,
+            let read = match &self.form {
+                Form::Lines(format, columns) => self.lines(*format, columns.clone(), &mut batcher, progress)?,
+                Form::Binary => self.binary(&mut batcher, progress)?,
             };
-            let ended = heard.and_then(|()| if self.closes_last { outbox.end() } else { outbox.flush() });
+            let ended = read.and_then(|()| if self.closes_last { batcher.end() } else { batcher.flush() });
             let Ok(()) = ended else { return Ok(()) };
             if !self.loops {
                 return Ok(());
             }
-            if !outbox.has_frames {
-                bail!("there is nothing to loop over");
+            if !batcher.has_frames {
+                return Err(PointsError::NothingToLoop);
             }
         }
     }
 
-    fn open(&self) -> anyhow::Result<Box<dyn Read>> {
-        Ok(match &self.place {
-            Place::Stdin => Box::new(std::io::stdin().lock()),
-            Place::File(path) => Box::new(File::open(path).with_context(|| format!("cannot open {}", path.display()))?),
-            Place::Memory(bytes) => Box::new(*bytes),
+    fn open(&self) -> Result<Box<dyn Read>, PointsError> {
+        Ok(match &self.origin {
+            Origin::Stdin => Box::new(io::stdin().lock()),
+            Origin::Memory(bytes) => Box::new(*bytes),
+            Origin::File(path) => {
+                Box::new(File::open(path).map_err(|source| PointsError::Open { path: path.clone(), source })?)
+            }
         })
     }
 
@@ -90,37 +126,35 @@ impl Source {
         &self,
         format: Format,
         columns: Columns,
-        outbox: &mut Outbox<'_>,
-        progress: &ProgressBar,
-    ) -> anyhow::Result<Result<(), Disconnected>> {
+        batcher: &mut Batcher<'_>,
+        progress: &dyn Fn(u64),
+    ) -> Result<Result<(), Closed>, PointsError> {
         let mut reader = Reader::new(self.open()?, format, columns, Limits::default());
         loop {
             let line = reader.line() + 1;
-            // The error says its cause itself.
-            let record = reader.next_record().map_err(|error| anyhow::anyhow!("{error}"))?;
-            let sent = match record {
+            let sent = match reader.next_record().map_err(PointsError::Read)? {
                 None => return Ok(Ok(())),
                 Some(Record::Points { points, time }) => {
-                    points.iter().try_for_each(|&[x, y]| outbox.add((x, y), time, line))
+                    points.iter().try_for_each(|&[x, y]| batcher.add((x, y), time, line))
                 }
-                Some(Record::Retract { points }) => outbox.retract(points.iter().map(|&[x, y]| (x, y)), line),
-                Some(Record::Commit { time }) => outbox.commit(time),
-                Some(Record::Blank) => outbox.commit(None),
+                Some(Record::Retract { points }) => batcher.retract(points.iter().map(|&[x, y]| (x, y)), line),
+                Some(Record::Commit { time }) => batcher.commit(time),
+                Some(Record::Blank) => batcher.commit(None),
                 Some(Record::Nothing) => Ok(()),
-                Some(Record::Bad(bad)) => outbox.report_error(bad.to_string()),
+                Some(Record::Bad(bad)) => batcher.report_error(bad.to_string()),
             };
-            // Nothing waits here while the source has nothing more to say.
-            let flushed = if reader.is_ready() { Ok(()) } else { outbox.flush() };
+            // Nothing waits here while the source has no further bytes.
+            let flushed = if reader.is_ready() { Ok(()) } else { batcher.flush() };
             if sent.and(flushed).is_err() {
-                return Ok(Err(Disconnected));
+                return Ok(Err(Closed));
             }
             if line % 1024 == 0 {
-                progress.set_position(reader.bytes_read());
+                progress(reader.bytes_read());
             }
         }
     }
 
-    fn binary(&self, outbox: &mut Outbox<'_>, progress: &ProgressBar) -> anyhow::Result<Result<(), Disconnected>> {
+    fn binary(&self, batcher: &mut Batcher<'_>, progress: &dyn Fn(u64)) -> Result<Result<(), Closed>, PointsError> {
         let mut frames = Frames::new(self.open()?);
         loop {
             let (offset, message) = match frames.next()? {
@@ -131,22 +165,22 @@ impl Source {
                 }
                 Next::Message { offset, message, .. } => (offset, message),
             };
-            progress.set_position(frames.offset());
-            let sent = take(outbox, offset, message)?;
-            // Nothing waits here while the source has nothing more to say.
-            let flushed = if frames.has_more() { Ok(()) } else { outbox.flush() };
+            progress(frames.offset());
+            let sent = take(batcher, offset, message)?;
+            // Nothing waits here while the source has no further bytes.
+            let flushed = if frames.has_more() { Ok(()) } else { batcher.flush() };
             if sent.and(flushed).is_err() {
-                return Ok(Err(Disconnected));
+                return Ok(Err(Closed));
             }
         }
     }
 }
 
-fn take(outbox: &mut Outbox<'_>, offset: u64, message: Message) -> anyhow::Result<Result<(), Disconnected>> {
+fn take(batcher: &mut Batcher<'_>, offset: u64, message: Message) -> Result<Result<(), Closed>, PointsError> {
     Ok(match message {
         Message::Batch(batch) if !batch.times.is_empty() && batch.times.len() != batch.points.len() => {
             let (points, times) = (batch.points.len(), batch.times.len());
-            outbox.report_error(format!(
+            batcher.report_error(format!(
                 "byte {offset}: {points} points with {times} times, where all or none must have one"
             ))
         }
@@ -154,34 +188,34 @@ fn take(outbox: &mut Outbox<'_>, offset: u64, message: Message) -> anyhow::Resul
             .points
             .iter()
             .enumerate()
-            .try_for_each(|(index, &(x, y))| outbox.add((x, y), batch.times.get(index).copied(), offset)),
-        Message::Retract(retract) => outbox.retract(retract.points.into_iter(), offset),
-        Message::Commit(commit) => outbox.commit(commit.time),
+            .try_for_each(|(index, &(x, y))| batcher.add((x, y), batch.times.get(index).copied(), offset)),
+        Message::Retract(retract) => batcher.retract(retract.points.into_iter(), offset),
+        Message::Commit(commit) => batcher.commit(commit.time),
         Message::Elapsed(_) => Ok(()),
         Message::StreamOpened(_) | Message::Snapshot(_) | Message::Diff(_) => {
-            bail!("at byte {offset} there is no point: this is a recording, see hopes replay");
+            return Err(PointsError::Recording { offset });
         }
-        other => outbox
+        other => batcher
             .report_error(format!("byte {offset}: a message of type {:#06x} has no place among points", other.kind())),
     })
 }
 
-/// Inputs on their way.
-struct Outbox<'a> {
-    listener: &'a mut dyn FnMut(Input) -> bool,
+/// Gathers points into batches, in order with all other inputs.
+struct Batcher<'a> {
+    sink: &'a mut dyn FnMut(Input) -> bool,
     batch: Batch,
     most: usize,
     frame_points: Option<u64>,
     /// Since the last frame.
     points: u64,
-    /// Whether anything came since the last frame.
+    /// Whether anything came since the last frame was closed.
     is_open: bool,
     /// Whether there was any frame.
     has_frames: bool,
 }
 
-impl Outbox<'_> {
-    fn add(&mut self, position: (f64, f64), time: Option<f64>, line: u64) -> Result<(), Disconnected> {
+impl Batcher<'_> {
+    fn add(&mut self, position: (f64, f64), time: Option<f64>, line: u64) -> Result<(), Closed> {
         // A message has times for all of its points, or for none.
         if !self.batch.positions.is_empty() && self.batch.times.is_empty() == time.is_some() {
             self.flush()?;
@@ -197,41 +231,41 @@ impl Outbox<'_> {
         if self.frame_points.is_some_and(|limit| self.points >= limit) { self.commit(None) } else { Ok(()) }
     }
 
-    fn retract(&mut self, points: impl Iterator<Item = (f64, f64)>, line: u64) -> Result<(), Disconnected> {
+    fn retract(&mut self, points: impl Iterator<Item = (f64, f64)>, line: u64) -> Result<(), Closed> {
         self.flush()?;
         self.is_open = true;
         let points: Vec<(f64, f64)> = points.collect();
         points.chunks(self.most).try_for_each(|points| {
             let lines = vec![line; points.len()];
-            self.say(Input::Retract(Batch { positions: points.to_vec(), lines, ..Batch::default() }))
+            self.send(Input::Retract(Batch { positions: points.to_vec(), lines, ..Batch::default() }))
         })
     }
 
-    fn commit(&mut self, time: Option<f64>) -> Result<(), Disconnected> {
+    fn commit(&mut self, time: Option<f64>) -> Result<(), Closed> {
         self.flush()?;
         (self.points, self.is_open, self.has_frames) = (0, false, true);
-        self.say(Input::Commit(time))
+        self.send(Input::Commit(time))
     }
 
-    fn report_error(&mut self, reason: String) -> Result<(), Disconnected> {
+    fn report_error(&mut self, reason: String) -> Result<(), Closed> {
         self.flush()?;
-        self.say(Input::Unreadable(reason))
+        self.send(Input::Unreadable(reason))
     }
 
-    /// The end closes a frame that anything has come into.
-    fn end(&mut self) -> Result<(), Disconnected> {
+    /// The end of the input closes a frame that is not empty.
+    fn end(&mut self) -> Result<(), Closed> {
         if self.is_open { self.commit(None) } else { Ok(()) }
     }
 
-    fn flush(&mut self) -> Result<(), Disconnected> {
+    fn flush(&mut self) -> Result<(), Closed> {
         if self.batch.positions.is_empty() {
             return Ok(());
         }
         let batch = std::mem::take(&mut self.batch);
-        self.say(Input::Points(batch))
+        self.send(Input::Points(batch))
     }
 
-    fn say(&mut self, input: Input) -> Result<(), Disconnected> {
-        if (self.listener)(input) { Ok(()) } else { Err(Disconnected) }
+    fn send(&mut self, input: Input) -> Result<(), Closed> {
+        if (self.sink)(input) { Ok(()) } else { Err(Closed) }
     }
 }

@@ -1,7 +1,11 @@
 //! Files and pipes in the bytes of the protocol: points in them, and recordings (protocol/SPEC.md, section 8).
 //!
-//! In: any [`Read`], or messages. Out: messages with the place where each began; bytes for any [`Write`]. Invariants: a file that was cut off gives all whole frames before the cut, and says where it is; a damaged one gives an
-//! error that says where; memory grows with the bytes that are there, never with a length that they announce; nothing but whole frames is written. Must not know: what becomes of the messages.
+//! In: any [`Read`], or messages.
+//! Out: messages with the place where each began; bytes for any [`Write`].
+//! Invariants: a file that was cut off gives all whole frames before the cut, and the place of the cut. A damaged one
+//! gives an error with its place. Memory grows with the bytes that are there, never with a length that they announce.
+//! Only whole frames are written.
+//! Must not know: what becomes of the messages.
 
 use std::io::{self, Read, Write};
 use std::time::Duration;
@@ -91,7 +95,7 @@ impl<R: Read> Frames<R> {
         self.decoder.offset()
     }
 
-    /// Whether more was read than was handed out, so that asking for the next message is unlikely to wait for the source.
+    /// Whether more was read than was returned, so that the next message is unlikely to wait for the source.
     pub fn has_more(&self) -> bool {
         self.decoder.is_within_frame()
     }

@@ -307,7 +307,7 @@ fn a_feed_that_loses_its_daemon_fails() {
     ended(&|_, _| (), &["before it had answered everything"]);
     ended(
         &|peer, channel| peer.send(channel, Closed { frame: 3 }),
-        &["somebody else has ended the stream, after frame 3"],
+        &["another producer has ended the stream, after frame 3"],
     );
     ended(&|peer, channel| peer.send(channel, Committed { sequence: 0, frame: 1 }), &["Committed to something else"]);
     ended(

@@ -1,23 +1,22 @@
-//! What was sent and is not answered yet, and what came of the rest.
+//! Messages that were sent and are not answered yet, and the outcome of all others.
 //!
-//! In: messages as they are sent, answers as they come, from two threads. Out: counts; whether there is room to send
-//! more; why it is over. Invariants: every message has one answer, and every answer belongs to a message; what is
-//! refused is reported with the line that it stands on; the first reason to end is the one that is told. Must not know:
-//! sockets, how points are read.
+//! In: messages as they are sent, answers as they come, from two threads.
+//! Out: counts; whether there is room to send more; why the delivery ended.
+//! Invariants: every message has one answer, and every answer belongs to a message. A refused point is reported
+//! with the line that it stands on. The first reason to end is the one that is reported.
+//! Must not know: sockets, how points are read.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use anyhow::anyhow;
 use hopes_protocol::{Message, Overloaded, Policy, Refused, Report};
 
-use crate::cli::Failure;
-use crate::client::ClientError;
-use crate::daemon::{Batch, InputErrors, StrictStop};
+use super::error::DeliveryError;
+use crate::daemon::{Batch, InputErrors};
 
-/// A message under way.
+/// A message that was sent.
 #[derive(Debug)]
 pub enum Sent {
     /// Points to add.
@@ -28,7 +27,7 @@ pub enum Sent {
     Commit,
 }
 
-/// What came of it so far.
+/// How many points and frames had which outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     pub accepted: u64,
@@ -36,11 +35,11 @@ pub struct Counts {
     pub refused: u64,
     pub dropped: u64,
     pub frames: u64,
-    /// Number of the stream's last frame that is known.
+    /// Number of the stream's last known frame.
     pub newest: u64,
 }
 
-/// Shared by who sends and who receives.
+/// Shared by the thread that sends and the thread that takes answers.
 #[derive(Debug)]
 pub struct Ledger {
     state: Mutex<State>,
@@ -54,21 +53,20 @@ struct State {
     unanswered: BTreeMap<u64, Sent>,
     input_errors: InputErrors,
     counts: Counts,
-    /// Whether we want the end that may come.
+    /// Whether this side has asked for the end.
     is_closing: bool,
     end: Option<End>,
 }
 
 #[derive(Debug)]
 enum End {
-    /// As it should.
+    /// In good order.
     Closed,
-    Strict(StrictStop),
-    Failed(anyhow::Error),
+    Failed(DeliveryError),
 }
 
 impl Ledger {
-    /// Nothing is under way.
+    /// Nothing is sent yet.
     pub fn new(strict: bool, place: &'static str) -> Self {
         let state = State {
             unanswered: BTreeMap::new(),
@@ -85,8 +83,8 @@ impl Ledger {
         self.state().unanswered.insert(sequence, sent);
     }
 
-    /// Waits until fewer messages than that are under way, or it is over, or a moment has passed. How many are under
-    /// way, none if it is over.
+    /// Waits until fewer messages than that are unanswered, or the delivery has ended, or the moment has passed.
+    /// How many are unanswered; none if the delivery has ended.
     pub fn wait(&self, fewer_than: usize, moment: Duration) -> Option<usize> {
         let goes_on = |state: &mut State| state.end.is_none() && state.unanswered.len() >= fewer_than;
         let waited = self.changed.wait_timeout_while(self.state(), moment, goes_on);
@@ -94,17 +92,17 @@ impl Ledger {
         state.end.is_none().then_some(state.unanswered.len())
     }
 
-    /// Waits until it is over, or a moment has passed; whether it is over.
+    /// Waits until the delivery has ended or the moment has passed; whether it has ended.
     pub fn wait_for_end(&self, moment: Duration) -> bool {
         self.wait(0, moment).is_none()
     }
 
-    /// The end is wanted from here on.
+    /// This side asks for the end.
     pub fn closes(&self) {
         self.state().is_closing = true;
     }
 
-    /// Something in the input that cannot be used.
+    /// Reports something in the input that cannot be used.
     pub fn report_error(&self, what: &dyn Display) {
         let mut state = self.state();
         state.counts.refused += 1;
@@ -112,13 +110,13 @@ impl Ledger {
         self.changed.notify_all();
     }
 
-    /// It cannot go on.
-    pub fn fail(&self, error: impl Into<anyhow::Error>) {
+    /// Ends the delivery with an error.
+    pub fn fail(&self, error: impl Into<DeliveryError>) {
         self.state().end(End::Failed(error.into()));
         self.changed.notify_all();
     }
 
-    /// Takes what the daemon says.
+    /// Takes a message of the daemon.
     pub fn take(&self, message: Message) {
         let mut state = self.state();
         if let Err(error) = state.take(message, self.place) {
@@ -127,19 +125,18 @@ impl Ledger {
         self.changed.notify_all();
     }
 
-    /// What came of it, as far as it is known.
+    /// The outcomes so far.
     pub fn counts(&self) -> Counts {
         self.state().counts
     }
 
-    /// The end of it all.
-    pub fn settle(&self) -> Result<Counts, Failure> {
+    /// How the delivery ended.
+    pub fn settle(&self) -> Result<(), DeliveryError> {
         let mut state = self.state();
         state.input_errors.sum_up();
         match state.end.take() {
-            None | Some(End::Closed) => Ok(state.counts),
-            Some(End::Strict(stop)) => Err(stop.into()),
-            Some(End::Failed(error)) => Err(Failure::Failed(error)),
+            None | Some(End::Closed) => Ok(()),
+            Some(End::Failed(error)) => Err(error),
         }
     }
 
@@ -149,21 +146,21 @@ impl Ledger {
 }
 
 impl State {
-    /// The first end counts.
+    /// Only the first end is kept.
     fn end(&mut self, end: End) {
         self.end.get_or_insert(end);
     }
 
     fn report_error(&mut self, what: &dyn Display) {
         if let Err(stop) = self.input_errors.add(what) {
-            self.end(End::Strict(stop));
+            self.end(End::Failed(stop.into()));
         }
     }
 
-    fn take(&mut self, message: Message, place: &str) -> anyhow::Result<()> {
+    fn take(&mut self, message: Message, place: &str) -> Result<(), DeliveryError> {
         match message {
             Message::Accepted(accepted) => match self.answered(accepted.sequence)? {
-                Sent::Commit => return Err(out_of_place("Accepted")),
+                Sent::Commit => return Err(DeliveryError::OtherAnswer { answer: "Accepted" }),
                 Sent::Batch(_) => self.counts.accepted += u64::from(accepted.points),
                 Sent::Retract(_) => self.counts.taken_back += u64::from(accepted.points),
             },
@@ -174,33 +171,32 @@ impl State {
                     self.counts.frames += 1;
                     self.counts.newest = committed.frame;
                 }
-                Sent::Batch(_) | Sent::Retract(_) => return Err(out_of_place("Committed")),
+                Sent::Batch(_) | Sent::Retract(_) => return Err(DeliveryError::OtherAnswer { answer: "Committed" }),
             },
             Message::Closed(closed) if self.is_closing => {
                 self.counts.newest = closed.frame;
                 self.end(End::Closed);
             }
             Message::Closed(closed) => {
-                return Err(anyhow!("somebody else has ended the stream, after frame {}", closed.frame));
+                return Err(DeliveryError::Ended { frame: closed.frame });
             }
             Message::Goodbye(goodbye) => {
-                let (reason, left) = (goodbye.reason, self.unanswered.len());
-                return Err(anyhow!("the daemon says goodbye: {reason}; {left} messages are not answered"));
+                let unanswered = self.unanswered.len();
+                return Err(DeliveryError::Goodbye { reason: goodbye.reason, unanswered });
             }
-            Message::Error(Report { text, .. }) => return Err(anyhow!("the daemon refuses: {text}")),
-            other => return Err(anyhow!("the daemon answers with a message of type {:#06x}", other.kind())),
+            Message::Error(Report { text, .. }) => return Err(DeliveryError::Refused(text)),
+            other => return Err(DeliveryError::NoAnswer { kind: other.kind() }),
         }
         Ok(())
     }
 
-    fn answered(&mut self, sequence: u64) -> anyhow::Result<Sent> {
-        let sent = self.unanswered.remove(&sequence);
-        sent.ok_or_else(|| anyhow!("the daemon answers message {sequence}, which does not wait for an answer"))
+    fn answered(&mut self, sequence: u64) -> Result<Sent, DeliveryError> {
+        self.unanswered.remove(&sequence).ok_or(DeliveryError::NotAsked { sequence })
     }
 
-    fn refused(&mut self, refused: &Refused, place: &str) -> anyhow::Result<()> {
+    fn refused(&mut self, refused: &Refused, place: &str) -> Result<(), DeliveryError> {
         let points = match self.answered(refused.sequence)? {
-            Sent::Commit => return Err(out_of_place("Refused")),
+            Sent::Commit => return Err(DeliveryError::OtherAnswer { answer: "Refused" }),
             Sent::Batch(points) => {
                 self.counts.accepted += u64::from(refused.accepted);
                 points
@@ -227,7 +223,7 @@ impl State {
         Ok(())
     }
 
-    fn overloaded(&mut self, overloaded: Overloaded) -> anyhow::Result<()> {
+    fn overloaded(&mut self, overloaded: Overloaded) -> Result<(), DeliveryError> {
         self.answered(overloaded.sequence)?;
         if self.counts.dropped == 0 {
             let which = match overloaded.policy {
@@ -239,13 +235,4 @@ impl State {
         self.counts.dropped += u64::from(overloaded.points);
         Ok(())
     }
-}
-
-fn out_of_place(answer: &str) -> anyhow::Error {
-    anyhow!("the daemon answers with {answer} to something else")
-}
-
-/// The connection ended, and nobody has said why.
-pub fn hung_up(address: &crate::daemon::Address) -> ClientError {
-    ClientError::Closed { address: address.clone(), when: "before it had answered everything" }
 }

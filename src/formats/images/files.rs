@@ -1,12 +1,19 @@
-//! Which files are meant: those that are named, and the pictures of folders that are.
+//! Which files are meant: those that are named, and the pictures of folders that are named.
 //!
-//! In: names. Out: files, in order. Invariants: the pictures of a folder come in the order of their names as people
-//! count: 2 before 10; what is not there is told before anything is read. Must not know: what is in files.
+//! In: names.
+//! Out: files, in order.
+//! Invariants: the pictures of a folder come in natural order of their names: 2 before 10. A name that cannot be
+//! opened is refused before anything is read.
+//! Must not know: what is in files.
+//!
+//! Natural order is ours, not that of the crate `natord`: that one skips blanks and compares numbers that begin
+//! with a zero as fractions, so that `f002` would not stand beside `f2`.
 
 use std::cmp::Ordering;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use thiserror::Error;
 
 /// Stands for stdin.
 pub const STDIN: &str = "-";
@@ -14,15 +21,45 @@ pub const STDIN: &str = "-";
 /// Endings of the names of pictures, in any case.
 const ENDINGS: [&str; 3] = ["png", "jpg", "jpeg"];
 
+/// Why files cannot be listed.
+#[derive(Debug, Error)]
+pub enum ListError {
+    /// A name that leads to nothing.
+    #[error("cannot open {}", path.display())]
+    Open {
+        /// The name.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A folder that cannot be read.
+    #[error("cannot list {}", path.display())]
+    List {
+        /// The folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A folder without pictures.
+    #[error("there is no picture in {}: their names end in .png, .jpg or .jpeg", path.display())]
+    NoPicture {
+        /// The folder.
+        path: PathBuf,
+    },
+}
+
 /// All files that are meant by these names.
-pub fn listed(names: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
+///
+/// # Errors
+/// [`ListError`].
+pub fn listed(names: &[PathBuf]) -> Result<Vec<PathBuf>, ListError> {
     let mut files = Vec::new();
     for name in names {
         if name == Path::new(STDIN) {
             files.push(name.clone());
             continue;
         }
-        let data = std::fs::metadata(name).with_context(|| format!("cannot open {}", name.display()))?;
+        let data = std::fs::metadata(name).map_err(|source| ListError::Open { path: name.clone(), source })?;
         if data.is_dir() {
             files.extend(pictures(name)?);
         } else {
@@ -32,17 +69,17 @@ pub fn listed(names: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-fn pictures(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let unread = || format!("cannot list {}", folder.display());
+fn pictures(folder: &Path) -> Result<Vec<PathBuf>, ListError> {
+    let unread = |source| ListError::List { path: folder.to_owned(), source };
     let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).with_context(unread)? {
-        let path = entry.with_context(unread)?.path();
+    for entry in std::fs::read_dir(folder).map_err(unread)? {
+        let path = entry.map_err(unread)?.path();
         if is_picture(&path) && !path.is_dir() {
             files.push(path);
         }
     }
     if files.is_empty() {
-        bail!("there is no picture in {}: their names end in .png, .jpg or .jpeg", folder.display());
+        return Err(ListError::NoPicture { path: folder.to_owned() });
     }
     files.sort_by(|a, b| by_number(name_of(a), name_of(b)));
     Ok(files)
@@ -89,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_counted_as_people_do() {
+    fn names_are_in_natural_order() {
         let mut names =
             ["f10.png", "f9.png", "f2b.png", "f2.png", "f002.png", "f.png", "e99", "f99999999999999999999999", "g"];
         let expected =

@@ -1,22 +1,23 @@
 //! From files to edges, one picture or frame after the other.
 //!
-//! In: files, or stdin. Out: [`Found`]: the edge pixels of each picture and frame, or why one cannot be used.
-//! Invariants: pictures and frames come in order, and are counted whether they can be used or not, so that one that
-//! cannot does not shift the time of others; memory is bounded by the largest one; whoever does not listen any more
-//! ends it. Must not know: where edges go.
+//! In: files, or stdin.
+//! Out: [`Found`]: the edge pixels of each picture and frame, or why one cannot be used.
+//! Invariants: pictures and frames come in order. They are counted whether they can be used or not, so that one
+//! that cannot does not shift the times of others. Memory is bounded by the largest one. A sink that returns false
+//! ends it.
+//! Must not know: where edges go.
 
 use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
-use clap::ValueEnum;
 use hopes::edges::{Detector, View, ViewError};
-use indicatif::ProgressBar;
+use thiserror::Error;
 
+use super::decode::{self, JPEG, PNG};
 use super::files::STDIN;
-use super::picture::{JPEG, PNG, Picture};
+use super::image::GrayImage;
 use super::video::{MAGIC, Range, Size, Video, VideoError};
 
 /// What comes of a picture or a frame.
@@ -26,7 +27,7 @@ pub enum Found {
     Frame {
         /// Pixels on edges.
         points: Vec<[u32; 2]>,
-        /// When, in seconds from the first, if somebody has said how many come in one.
+        /// Seconds since the first frame, if the rate is known.
         time: Option<f64>,
     },
     /// Nothing, with where and why.
@@ -34,7 +35,7 @@ pub enum Found {
 }
 
 /// What a file holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InputForm {
     /// A picture a file: PNG or JPEG.
     Images,
@@ -54,7 +55,7 @@ pub struct Finder {
     pub y_up: bool,
     /// Frames a second, for event times, where a video does not say it.
     pub rate: Option<f64>,
-    /// What files hold; none: their first bytes tell.
+    /// What files hold; none: by their first bytes.
     pub input: Option<InputForm>,
     /// Of bare frames.
     pub size: Option<Size>,
@@ -62,35 +63,40 @@ pub struct Finder {
     pub range: Option<Range>,
 }
 
-/// Nobody listens any more.
-struct Disconnected;
+/// No picture and no frame of the input could be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("nothing of the input could be used")]
+pub struct NothingUsed;
+
+/// The sink takes no more.
+struct Closed;
 
 impl Finder {
-    /// Goes through all files.
+    /// Finds the edges of all files in turn. After each file, `file_done` is called.
+    ///
+    /// # Errors
+    /// [`NothingUsed`].
     pub fn run(
         self,
         files: &[PathBuf],
-        listener: &mut dyn FnMut(Found) -> bool,
-        progress: &ProgressBar,
-    ) -> anyhow::Result<()> {
-        let mut search = Search { finder: self, listener, seen: 0, used: 0 };
+        sink: &mut dyn FnMut(Found) -> bool,
+        file_done: &dyn Fn(),
+    ) -> Result<(), NothingUsed> {
+        let mut search = Search { finder: self, sink, seen: 0, used: 0 };
         for file in files {
-            if let Err(Disconnected) = search.file(file) {
+            if let Err(Closed) = search.file(file) {
                 return Ok(());
             }
-            progress.inc(1);
+            file_done();
         }
-        if search.used == 0 && search.seen > 0 {
-            bail!("nothing of the input could be used");
-        }
-        Ok(())
+        if search.used == 0 && search.seen > 0 { Err(NothingUsed) } else { Ok(()) }
     }
 }
 
-/// A way through files.
+/// A pass through files.
 struct Search<'a> {
     finder: Finder,
-    listener: &'a mut dyn FnMut(Found) -> bool,
+    sink: &'a mut dyn FnMut(Found) -> bool,
     /// Pictures and frames so far.
     seen: u64,
     /// Those of them that could be used.
@@ -98,7 +104,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn file(&mut self, file: &Path) -> Result<(), Disconnected> {
+    fn file(&mut self, file: &Path) -> Result<(), Closed> {
         let (name, source): (_, Box<dyn Read>) = if file == Path::new(STDIN) {
             ("stdin".to_owned(), Box::new(io::stdin().lock()))
         } else {
@@ -135,29 +141,29 @@ impl Search<'_> {
         self.finder.input.or(self.finder.size.map(|_| InputForm::Gray)).or_else(by_content)
     }
 
-    fn picture(&mut self, name: &str, source: impl Read) -> Result<(), Disconnected> {
-        match Picture::read(source) {
+    fn picture(&mut self, name: &str, source: impl Read) -> Result<(), Closed> {
+        match decode::read(source) {
             Err(error) => self.refuse(name, &error),
             Ok(picture) => match self.edges(&picture) {
                 Err(error) => self.refuse(name, &error),
-                Ok(points) => self.tell(points, self.finder.rate),
+                Ok(points) => self.found(points, self.finder.rate),
             },
         }
     }
 
-    fn video(&mut self, name: &str, video: Result<Video<impl BufRead>, VideoError>) -> Result<(), Disconnected> {
+    fn video(&mut self, name: &str, video: Result<Video<impl BufRead>, VideoError>) -> Result<(), Closed> {
         let mut video = match video {
             Ok(video) => video,
             Err(error) => return self.refuse(name, &error),
         };
         let rate = video.rate().or(self.finder.rate);
-        let mut frame = Picture::default();
+        let mut frame = GrayImage::default();
         loop {
             match video.next(&mut frame) {
                 Ok(false) => return Ok(()),
                 Err(error) => return self.refuse(name, &error),
                 Ok(true) => match self.edges(&frame) {
-                    Ok(points) => self.tell(points, rate)?,
+                    Ok(points) => self.found(points, rate)?,
                     // All frames are of one size, so none will do.
                     Err(error) => return self.refuse(name, &error),
                 },
@@ -165,7 +171,7 @@ impl Search<'_> {
         }
     }
 
-    fn edges(&mut self, picture: &Picture) -> Result<Vec<[u32; 2]>, ViewError> {
+    fn edges(&mut self, picture: &GrayImage) -> Result<Vec<[u32; 2]>, ViewError> {
         let Finder { detector, part, y_up, .. } = &mut self.finder;
         let whole = View::new(&picture.pixels, picture.width, picture.height)?;
         let [left, top, ..] = part.unwrap_or_default();
@@ -177,19 +183,19 @@ impl Search<'_> {
         Ok(detector.edges(seen).iter().map(place).collect())
     }
 
-    fn tell(&mut self, points: Vec<[u32; 2]>, rate: Option<f64>) -> Result<(), Disconnected> {
+    fn found(&mut self, points: Vec<[u32; 2]>, rate: Option<f64>) -> Result<(), Closed> {
         let time = rate.map(|rate| self.seen as f64 / rate);
         self.seen += 1;
         self.used += 1;
-        self.say(Found::Frame { points, time })
+        self.send(Found::Frame { points, time })
     }
 
-    fn refuse(&mut self, name: &(impl Display + ?Sized), reason: &dyn Display) -> Result<(), Disconnected> {
+    fn refuse(&mut self, name: &(impl Display + ?Sized), reason: &dyn Display) -> Result<(), Closed> {
         self.seen += 1;
-        self.say(Found::Bad(format!("{name}: {reason}")))
+        self.send(Found::Bad(format!("{name}: {reason}")))
     }
 
-    fn say(&mut self, found: Found) -> Result<(), Disconnected> {
-        if (self.listener)(found) { Ok(()) } else { Err(Disconnected) }
+    fn send(&mut self, found: Found) -> Result<(), Closed> {
+        if (self.sink)(found) { Ok(()) } else { Err(Closed) }
     }
 }

@@ -1,9 +1,15 @@
 //! How a camera was held, and pictures turned accordingly.
 //!
-//! In: Exif, which is a TIFF without a picture. Out: an [`Orientation`]; pictures turned by it. Invariants: Exif that
-//! makes no sense turns nothing. Must not know: where Exif stands in files.
+//! In: Exif, which is a TIFF without a picture.
+//! Out: an [`Orientation`]; pictures turned by it.
+//! Invariants: Exif that makes no sense turns nothing.
+//! Must not know: where Exif stands in files.
+//!
+//! The one entry is read here, in twenty lines, and not by the crate `kamadak-exif`: that one parses all entries of all
+//! directories into values, and refuses them for one that is damaged; here one number of one type is needed, and other
+//! entries need not make sense.
 
-use super::picture::Picture;
+use super::image::GrayImage;
 
 /// How pixels stand in a file: mirrored left to right or not, then turned clockwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,11 +67,11 @@ impl Orientation {
     }
 
     /// A picture as the camera saw it.
-    pub fn turned(self, picture: Picture) -> Picture {
+    pub fn turned(self, picture: GrayImage) -> GrayImage {
         if self == Self::default() {
             return picture;
         }
-        let Picture { width, height, pixels } = picture;
+        let GrayImage { width, height, pixels } = picture;
         let (columns, rows) = (width as usize, height as usize);
         let (new_columns, new_rows) = if self.turns.is_multiple_of(2) { (columns, rows) } else { (rows, columns) };
         let source = |x: usize, y: usize| {
@@ -79,7 +85,7 @@ impl Orientation {
         };
         let places = (0..new_rows).flat_map(|y| (0..new_columns).map(move |x| (x, y)));
         let pixels = places.map(|(x, y)| pixels[source(x, y)]).collect();
-        Picture { width: new_columns as u32, height: new_rows as u32, pixels }
+        GrayImage { width: new_columns as u32, height: new_rows as u32, pixels }
     }
 }
 
@@ -118,10 +124,13 @@ mod tests {
             (8, "cf be ad"),
             (9, "abc def"),
         ] {
-            let picture = Picture { width: 3, height: 2, pixels: b"abcdef".to_vec() };
+            let picture = GrayImage { width: 3, height: 2, pixels: b"abcdef".to_vec() };
             let rows: Vec<&str> = rows.split(' ').collect();
-            let expected =
-                Picture { width: rows[0].len() as u32, height: rows.len() as u32, pixels: rows.concat().into_bytes() };
+            let expected = GrayImage {
+                width: rows[0].len() as u32,
+                height: rows.len() as u32,
+                pixels: rows.concat().into_bytes(),
+            };
             for is_little in [true, false] {
                 assert_eq!(of(&exif(is_little, number)).turned(picture.clone()), expected, "{number}");
             }

@@ -1,9 +1,15 @@
 //! Video without compression: YUV4MPEG2, or bare frames of gray pixels.
 //!
-//! In: bytes. Out: gray frames, one after the other. Invariants: memory grows with the bytes that have come, never with
-//! a size that is announced, and a frame has at most [`MOST_PIXELS`](hopes::edges::MOST_PIXELS); luma from 16 to 235 is
-//! stretched to 0 to 255, as it is where OpenCV reads video; what is cut off is not taken for a frame. Must not know:
-//! what is looked for in frames.
+//! In: bytes.
+//! Out: gray frames, one after the other.
+//! Invariants: memory grows with the bytes that have come, never with a size that is announced. A frame has at most
+//! [`MOST_PIXELS`](hopes::edges::MOST_PIXELS). Luma from 16 to 235 is stretched to 0 to 255, as OpenCV does when it
+//! reads video. A frame that is cut off is refused.
+//! Must not know: what is looked for in frames.
+//!
+//! It is ours, not the crate `y4m`: that one allocates a frame of the announced size before a byte of it has come,
+//! keeps the planes of colours that are skipped here, reads fewer colour spaces, and leaves the range of luma
+//! (`XCOLORRANGE`) to its caller. Bare frames need the same code without headers.
 
 use std::io::{self, BufRead, Read};
 use std::str::FromStr;
@@ -11,7 +17,7 @@ use std::str::FromStr;
 use hopes::edges::{MOST_PIXELS, gray};
 use thiserror::Error;
 
-use super::picture::Picture;
+use super::image::GrayImage;
 
 /// The first bytes of YUV4MPEG2.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
@@ -22,7 +28,7 @@ const FRAME: &[u8] = b"FRAME";
 /// A header has at most so many bytes.
 const LONGEST_HEADER: u64 = 4096;
 
-/// The first and the last levels of luma, if somebody knows.
+/// The first and the last levels of luma.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Range {
     /// 0 to 255.
@@ -124,7 +130,7 @@ impl<R: BufRead> Video<R> {
         Ok(Self::new(source, layout, range.unwrap_or(Range::Full), None, false))
     }
 
-    /// YUV4MPEG2. It may say its range of luma itself, unless somebody knows better.
+    /// YUV4MPEG2. A given range of luma counts more than that of its header.
     pub fn yuv4mpeg(mut source: R, range: Option<Range>) -> Result<Self, VideoError> {
         let header = line(&mut source, || "the video".to_owned())?;
         let words = header.strip_prefix(MAGIC).filter(|rest| rest.is_empty() || rest[0] == b' ');
@@ -148,7 +154,7 @@ impl<R: BufRead> Video<R> {
     }
 
     /// The next frame, into a picture; whether there was one.
-    pub fn next(&mut self, frame: &mut Picture) -> Result<bool, VideoError> {
+    pub fn next(&mut self, frame: &mut GrayImage) -> Result<bool, VideoError> {
         self.number += 1;
         let number = self.number;
         if self.source.fill_buf().map_err(VideoError::Io)?.is_empty() {
@@ -319,7 +325,7 @@ fn colours_of(word: &str) -> Option<(Planes, u32)> {
     Some((Planes::Each { across, down }, depth))
 }
 
-/// Frames a second, such as `30000:1001`; 0 means that nobody knows. None if it makes no sense.
+/// Frames a second, such as `30000:1001`; 0 stands for an unknown rate. None if it makes no sense.
 #[expect(clippy::option_option, reason = "unknown is something else than senseless")]
 fn rate(word: &str) -> Option<Option<f64>> {
     let (frames, seconds) = word.split_once(':')?;

@@ -1,7 +1,7 @@
 //! Which columns of a table hold the coordinates, and the event time if there is one.
 //!
-//! In: a choice such as `1,2`, `lon,lat` or `2,3,1`. Out: [`Columns`], and once the header is known
-//! the [`Places`] of the chosen columns.
+//! In: a choice such as `1,2`, `lon,lat` or `2,3,1`.
+//! Out: [`Columns`], and once the header is known the [`Places`] of the chosen columns.
 //!
 //! Invariant: x and y are never the same choice, so a line that yields both has two columns.
 //!

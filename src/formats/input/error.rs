@@ -1,10 +1,10 @@
 //! What can be wrong with the input, and how it is said.
 //!
-//! In: the place and the kind of a fault. Out: messages that name the line and the field and say
-//! what to do.
+//! In: the place and the kind of a fault.
+//! Out: messages that name the line and the field and say what to do.
 //!
-//! Invariant: whatever of the input appears in a message has gone through [`Excerpt`], so that
-//! messages are short and printable.
+//! Invariant: whatever of the input appears in a message has gone through [`Excerpt`], so that messages are short
+//! and printable.
 //!
 //! Must not know: how lines are parsed, or what a caller does about a bad one.
 

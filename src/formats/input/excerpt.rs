@@ -1,7 +1,8 @@
 //! A short, printable piece of input, for messages.
 //!
-//! In: bytes or text of any length and content. Out: at most [`Excerpt::CHARACTERS`] printable
-//! characters, with control characters, quotes and stray bytes escaped.
+//! In: bytes or text of any length and content.
+//! Out: at most [`Excerpt::CHARACTERS`] printable characters, with control characters, quotes and stray bytes
+//! escaped.
 //!
 //! Invariant: the cost is bounded whatever the length of the input.
 //!

@@ -1,7 +1,7 @@
 //! Which of the two input formats a source is in.
 //!
-//! In: the path of the input, if it has one, and its first bytes. Out: a [`Format`].
-//!
+//! In: the path of the input, if it has one, and its first bytes.
+//! Out: a [`Format`].
 //! Must not know: how either format is parsed.
 
 use std::path::Path;

@@ -1,10 +1,9 @@
 //! The values that a JSON line is made of, as serde reads them.
 //!
-//! In: a deserializer. Out: a [`Scalar`], a [`Row`] of them, or the [`Name`] of a member.
-//!
-//! Invariants: of a value that cannot be used only the kind is kept, or the beginning of a string;
-//! an error of a type here never quotes a string, which may be long.
-//!
+//! In: a deserializer.
+//! Out: a [`Scalar`], a [`Row`] of them, or the [`Name`] of a member.
+//! Invariants: of a value that cannot be used only the kind is kept, or the beginning of a string; an error of a
+//! type here never quotes a string, which may be long.
 //! Must not know: which values a line needs.
 
 use std::fmt;

@@ -1,13 +1,12 @@
 //! The lines of a JSON stream: one array or object per line.
 //!
-//! In: one line (UTF-8, not blank). Out: what it says, or what is wrong with it. The forms are
-//! `[x,y]`, `[x,y,t]`, `{"x":0,"y":0,"t":0}`, `{"points":[[x,y]],"t":0}`, `{"retract":[[x,y]]}` and
-//! `{"commit":true,"time":0}`. `t` and `time` may be left out or null; `t` also serves for a commit
-//! without `time`; members of other names, or of no use to the form, are ignored.
-//!
-//! Invariants: points go straight into the caller's buffer; nothing of a value that is not used is
-//! kept, so memory is bounded by the line.
-//!
+//! In: one line (UTF-8, not blank).
+//! Out: what it says, or what is wrong with it. The forms are `[x,y]`, `[x,y,t]`, `{"x":0,"y":0,"t":0}`,
+//! `{"points":[[x,y]],"t":0}`, `{"retract":[[x,y]]}` and `{"commit":true,"time":0}`. `t` and `time` may be left out
+//! or null; `t` also serves for a commit without `time`; members of other names, or of no use to the form, are
+//! ignored.
+//! Invariants: points go straight into the caller's buffer; nothing of a value that is not used is kept, so memory
+//! is bounded by the line.
 //! Must not know: line ends, line numbers, what becomes of the points.
 
 use std::fmt;

@@ -1,12 +1,10 @@
 //! From bytes to lines.
 //!
-//! In: any [`Read`]. Out: one line at a time, without its line end (`\n` or `\r\n`), as a slice of
-//! the one buffer here.
-//!
-//! Invariants: a line is handed out as soon as its `\n` has arrived, with no further read; a byte
-//! is searched for `\n` once and moved a bounded number of times, however the source cuts its
-//! reads; the buffer never exceeds the longest line allowed and one [`CHUNK`].
-//!
+//! In: any [`Read`].
+//! Out: one line at a time, without its line end (`\n` or `\r\n`), as a slice of the one buffer here.
+//! Invariants: a line is handed out as soon as its `\n` has arrived, with no further read; a byte is searched for
+//! `\n` once and moved a bounded number of times, however the source cuts its reads; the buffer never exceeds the
+//! longest line allowed and one [`CHUNK`].
 //! Must not know: what a line says.
 
 use std::io::{self, Read};

@@ -1,20 +1,22 @@
 //! Input: from bytes to the parsed lines of a point stream.
 //!
 //! In: any [`std::io::Read`], a [`Format`], the [`Columns`] of a table and the [`Limits`].
-//! Out: one [`Record`] a line, from a [`Reader`]: points, retractions, commits, blank lines, headers and comments, and
-//! lines that cannot be read, each with a message that names the line, the field and the remedy. For other files of lines
-//! than points: [`Lines`] and [`Excerpt`].
+//! Out: one [`Record`] a line, from a [`Reader`]: points, retractions, commits, blank lines, headers and comments,
+//! and lines that cannot be read, each with a message that names the line, the field and the remedy. For other
+//! files of lines than points: [`Lines`] and [`Excerpt`].
+//! Invariants: a bad line never stops the rest; memory is bounded by the longest line allowed; how the source cuts
+//! its bytes into reads changes nothing in what comes out; a line is handed on as soon as its line end has arrived.
+//! Must not know: what is done with the points. It does not refuse `nan`, close frames, count bad lines or print.
 //!
-//! Invariants: a bad line never stops the rest; memory is bounded by the longest line allowed; how
-//! the source cuts its bytes into reads changes nothing in what comes out; a line is handed on as
-//! soon as its line end has arrived.
+//! Tables are read here and not by the crate `csv`: the separator (comma, semicolon, tab, blanks) is decided by the
+//! first lines and may be any run of blanks; a bad field is reported with its line, its column and what would help, and
+//! the rest of the file goes on; numbers are parsed from the bytes in place, without a record of strings in between.
+//! JSON lines are parsed by `serde_json`, numbers included (its feature `float_roundtrip` gives the nearest double);
+//! only the visitors are ours, so that points go straight into the caller's buffer and errors quote no long string.
 //!
-//! Must not know: what is done with the points. It does not refuse `nan`, close frames, count bad
-//! lines or print.
-//!
-//! Layers, each knowing only those before it: `excerpt` and `error` (how to say what is wrong),
-//! `format` and `columns` (what to expect), `lines` (bytes to lines), `separator` and `text` (a
-//! table's line to numbers), `json_values` and `jsonl` (a JSON line to numbers), `reader` (all of it together).
+//! Layers, each knowing only those before it: `excerpt` and `error` (how to say what is wrong), `format` and
+//! `columns` (what to expect), `lines` (bytes to lines), `separator` and `text` (a table's line to numbers),
+//! `json_values` and `jsonl` (a JSON line to numbers), `reader` (all of it together).
 
 mod columns;
 mod error;
@@ -32,6 +34,7 @@ mod text;
 mod tests;
 
 pub use columns::Columns;
+pub use error::ReadError;
 pub use excerpt::Excerpt;
 pub use format::Format;
 pub use lines::{Line, Lines};

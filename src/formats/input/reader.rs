@@ -1,11 +1,9 @@
 //! The reader: lines of either format, one record at a time.
 //!
-//! In: a source, its format, the columns of a table and the limits. Out: [`Record`]s, with the
-//! number of the line and of the bytes so far.
-//!
-//! Invariants: what every format shares is decided here and nowhere else: the byte order mark,
-//! blank lines, comments, the encoding. The buffer of points is reused from line to line.
-//!
+//! In: a source, its format, the columns of a table and the limits.
+//! Out: [`Record`]s, with the number of the line and of the bytes so far.
+//! Invariants: what every format shares is decided here and nowhere else: the byte order mark, blank lines,
+//! comments, the encoding. The buffer of points is reused from line to line.
 //! Must not know: the forms a line may have, or what becomes of a record.
 
 use std::io::Read;

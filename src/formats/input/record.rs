@@ -1,7 +1,7 @@
 //! One parsed line of a point stream.
 //!
-//! In: what a parser made of a line. Out: the [`Record`] handed to the caller.
-//!
+//! In: what a parser made of a line.
+//! Out: the [`Record`] handed to the caller.
 //! Must not know: formats, or how the line was read.
 
 use super::error::{BadLine, Fault};

@@ -1,6 +1,7 @@
 //! What separates the columns of a table, and how a line is cut at it.
 //!
-//! In: the content of one line, and a [`Separator`]. Out: its fields, trimmed and without quotes.
+//! In: the content of one line, and a [`Separator`].
+//! Out: its fields, trimmed and without quotes.
 //!
 //! Invariant: cutting a line takes time in proportion to its length.
 //!

@@ -1,5 +1,5 @@
-//! What the whole module promises: every form of line, every message, and that neither the bytes
-//! nor the way they arrive can upset it.
+//! What the whole module promises: every form of line, every message, and that neither the bytes nor the way they
+//! arrive can upset it.
 
 use std::io::{self, Read};
 

@@ -1,11 +1,9 @@
 //! The lines of a table: one point per line, in columns.
 //!
-//! In: the content of one line after the other (UTF-8, not blank, without comment). Out: the point
-//! and the event time on it, or what is wrong with it.
-//!
-//! Invariants: the separator of the first good line holds for all that follow, so that no line is
-//! ever read with a guess of its own; only the first line may be a header.
-//!
+//! In: the content of one line after the other (UTF-8, not blank, without comment).
+//! Out: the point and the event time on it, or what is wrong with it.
+//! Invariants: the separator of the first good line holds for all that follow, so that no line is ever read with a
+//! guess of its own; only the first line may be a header.
 //! Must not know: line ends, line numbers, comments.
 
 use super::columns::{Columns, Places};

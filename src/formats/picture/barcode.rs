@@ -1,13 +1,14 @@
 //! Lives as bars: when things were there, how strong they were, which came of which.
 //!
-//! In: bars from top to bottom, links between them. Out: an SVG document. Invariants: the same input gives the same bytes; the size of the document is bounded by bars, stretches and links; it needs no other file, and has a ground of its
-//! own, so it shows on light and dark pages alike. Must not know: tracks, streams, why bars stand as they do.
+//! In: bars from top to bottom, links between them. Out: an SVG document. Invariants: the same input gives the same
+//! bytes. The size of the document is bounded by bars, stretches and links. It needs no other file, and has a ground of
+//! its own, so it shows on light and dark pages alike. Must not know: tracks, streams, why bars stand as they do.
 
-use super::axis::Axis;
-use super::layout::Rect;
+use super::canvas::axis::Axis;
+use super::canvas::layout::Rect;
+use super::canvas::page::{Anchor, FRAME, GRID, GROUND, INK, MUTED, Page, Type, text_width};
+use super::canvas::ramp::{Ramp, STOPS};
 use super::legend;
-use super::page::{Anchor, FRAME, GRID, GROUND, INK, MUTED, Page, Type, text_width};
-use super::ramp::{Ramp, STOPS};
 
 /// What is to be drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +32,7 @@ pub struct Bar {
     pub to: f64,
     /// Stretches that are paler.
     pub pale: Vec<[f64; 2]>,
-    /// What its colour tells.
+    /// The value that its colour stands for.
     pub strength: f64,
     /// Whether it does not end at its end.
     pub goes_on: bool,
@@ -50,7 +51,7 @@ pub struct Link {
     pub kind: LinkKind,
 }
 
-/// What a link tells.
+/// What a link stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkKind {
     /// The second came of the first.

@@ -1,21 +1,22 @@
 //! The right panel: the persistence diagram.
 //!
-//! In: a [`Scene`]. Out: shapes on the page. Invariants: both axes begin at 0 and have one scale, so the diagonal is
-//! one; every dot is inside the frame, one that never dies on its upper edge; dots of the view are on top and have
-//! their colour. Must not know: the plane.
+//! In: a [`Scene`].
+//! Out: shapes on the page.
+//! Invariants: both axes begin at 0 and have one scale, so the diagonal is one; every dot is inside the frame, one
+//! that never dies on its upper edge; dots of the view are on top and have their colour.
+//! Must not know: the plane.
 
 use hopes::topology::Dot;
 
-use super::Scene;
-use super::layout::Rect;
-use super::marks::Grid;
-use super::numbers::{Ticks, short};
-use super::page::{Anchor, FRAME, GRID, GROUND, INK, MUTED, Page, Type};
-use super::ramp::{BUCKETS, Bucket, STOPS};
+use super::canvas::layout::Rect;
+use super::canvas::marks::Grid;
+use super::canvas::numbers::{Ticks, short};
+use super::canvas::page::{Anchor, FRAME, GRID, GROUND, INK, MUTED, Page, Type};
+use super::canvas::ramp::{BUCKETS, Bucket, STOPS};
+use super::scale::Scale;
+use super::scene::Scene;
 use super::strips;
 
-/// Room above the highest dot, as a share of its height.
-const HEADROOM: f64 = 1.06;
 /// Up to so many dots are circles with hints; more are paths.
 const CIRCLES: usize = 400;
 /// Pixels between ticks, about.
@@ -24,34 +25,6 @@ const TICK_SPACE: f64 = 75.0;
 /// The colour of dots that are not chosen.
 const OTHER: &str = "#8d98a8";
 const DOT_STYLE: &str = "fill=\"none\" stroke-linecap=\"round\"";
-
-/// Maps births and deaths to pixels.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Scale {
-    /// Side of the panel.
-    pub(super) side: f64,
-    /// The largest value that fits.
-    pub(super) top: f64,
-}
-
-impl Scale {
-    fn new(scene: &Scene<'_>, side: f64) -> Self {
-        let deaths = scene.skeleton.dots().iter().map(|dot| dot.death).filter(|death| death.is_finite());
-        let highest = deaths.fold(0.0, f64::max);
-        let alpha = scene.alpha().filter(|&alpha| alpha <= 2.0 * highest).unwrap_or(0.0);
-        Self { side, top: HEADROOM * highest.max(alpha) }
-    }
-
-    /// Pixels from 0.
-    pub(super) fn length(self, value: f64) -> f64 {
-        value.min(self.top) / self.top * self.side
-    }
-
-    /// Where a dot is.
-    pub(super) fn place(self, birth: f64, death: f64) -> [f64; 2] {
-        [self.length(birth), self.side - self.length(death)]
-    }
-}
 
 /// Draws the panel.
 pub(super) fn draw(page: &mut Page, panel: Rect, scene: &Scene<'_>) {

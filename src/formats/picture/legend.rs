@@ -1,16 +1,19 @@
 //! What marks and colours mean: the colour bar right of the diagram, the line of samples below the plane.
 //!
-//! In: a [`Scene`], rectangles. Out: shapes on the page. Invariants: only what the picture may show is explained;
-//! samples have the styles of what they stand for; numbers are round. Must not know: how panels are drawn.
+//! In: a [`Scene`], rectangles.
+//! Out: shapes on the page.
+//! Invariants: only what the picture may show is explained; samples have the styles of what they stand for; numbers
+//! are round.
+//! Must not know: how panels are drawn.
 
 use hopes::topology::ViewSpec;
 
-use super::Scene;
-use super::layout::Rect;
-use super::numbers::{Ticks, round_step, short};
-use super::page::{Anchor, FRAME, INK, MUTED, Page, Type, text_width};
+use super::canvas::layout::Rect;
+use super::canvas::numbers::{Ticks, round_step, short};
+use super::canvas::page::{Anchor, FRAME, INK, MUTED, Page, Type, text_width};
+use super::canvas::ramp::{Ramp, STOPS};
 use super::plane::{CRITICAL_STYLE, POINT_STYLE, SIMPLE_STYLE, TREE_STYLE, hole_style};
-use super::ramp::{Ramp, STOPS};
+use super::scene::Scene;
 
 /// Width of a sample, with the room before its name.
 const SAMPLE: f64 = 24.0;

@@ -1,43 +1,44 @@
 //! Pictures: a cloud's skeleton beside its persistence diagram, as SVG or PNG; lives as bars, as SVG.
 //!
-//! In: a skeleton, a view of it, perhaps the view's simplified form. Out: a document with two panels; the left one has
-//! the cloud, the tree, the critical edges and the holes they enclose, the right one the diagram with the gaps that
-//! chose them. Invariants: the same input gives the same bytes; the size of a document is bounded by its pixels, not by
-//! the cloud; it needs no other file. Must not know: where it is written to, streams, frames.
+//! In: a skeleton, a view of it, perhaps the view's simplified form; or bars. Out: a document. That of a skeleton has
+//! two panels: the left one has the cloud, the tree, the critical edges and the holes that they enclose, the right one
+//! the diagram with the gaps that chose them. Invariants: the same input gives the same bytes. The size of a document
+//! is bounded by its pixels, not by the cloud. It needs no other file. Must not know: where it is written to, streams,
+//! frames.
 //!
-//! Data flows from the scene to the page: `layout` says where, `plane`, `diagram` (with `strips`) and `legend` say
-//! what, `camera`, `marks`, `labels`, `ramp`, `numbers` and `words` help them, `page` writes it down; `raster` makes
-//! pixels of it. `barcode`, which draws lives, needs no scene: it has a layout of its own, and an `axis`.
+//! Charts are drawn here and not by a crate such as `plotters`: those write one shape a point, so a picture grows with
+//! the cloud (here marks on the same pixel are one, and a million points give two megabytes); their bytes may change
+//! with every release of theirs; and diagonal strips of gaps, labels that keep clear of each other and hints of single
+//! dots would have to be drawn by hand all the same.
+//!
+//! Data flows from the `scene` to the page: `plane`, `diagram` (with `scale` and `strips`) and `legend` draw, `words`
+//! has the texts, all of it on the `canvas`; `raster` makes pixels of it (feature `png`). `barcode`, which draws lives,
+//! needs no scene.
 
-mod axis;
 mod barcode;
-mod camera;
+mod canvas;
 mod diagram;
-mod labels;
-mod layout;
 mod legend;
-mod marks;
-mod numbers;
-mod page;
 mod plane;
-mod ramp;
+#[cfg(feature = "png")]
 mod raster;
+mod scale;
+mod scene;
 mod strips;
 mod words;
 
-use hopes::topology::{Dot, Hole, Skeleton, View, ViewSpec};
+use hopes::topology::{Skeleton, View};
 
-use layout::Layout;
-use page::{Anchor, INK, MUTED, Page, Type};
-use ramp::Ramp;
+use canvas::layout::Layout;
+use canvas::page::{Anchor, INK, MUTED, Page, Type};
+use scene::Scene;
 
 pub use barcode::{Bar, Barcode, Link, LinkKind, barcode};
-pub use numbers::count;
+pub use canvas::numbers::count;
+#[cfg(feature = "png")]
 pub use raster::png;
+pub use scene::Simplified;
 pub use words::shortened;
-
-/// Vertices and edges of a simplified skeleton.
-pub type Simplified<'a> = (&'a [[f64; 2]], &'a [[u32; 2]]);
 
 /// How a picture is made.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,58 +77,12 @@ pub fn svg(skeleton: &Skeleton, view: &View, simplified: Option<Simplified<'_>>,
     page.finish()
 }
 
-/// At most so many holes are drawn.
-const HOLES: usize = 500;
-/// Persistences are the same to the eye if they differ by less than this share.
-const SAME: f64 = 1e-6;
-
-/// What is to be shown.
-struct Scene<'a> {
-    skeleton: &'a Skeleton,
-    view: &'a View,
-    simplified: Option<Simplified<'a>>,
-    ramp: Ramp,
-    /// Holes that are drawn.
-    holes: Vec<(Dot, Hole)>,
-}
-
-impl<'a> Scene<'a> {
-    fn new(skeleton: &'a Skeleton, view: &'a View, simplified: Option<Simplified<'a>>) -> Self {
-        let persistences = skeleton.dots().iter().map(Dot::persistence).filter(|value| value.is_finite());
-        let ramp = Ramp::new(persistences.fold(0.0, f64::max));
-        Self { skeleton, view, simplified, ramp, holes: drawn_holes(skeleton, view) }
-    }
-
-    /// Dots whose critical edges are in the view, the most persistent first.
-    fn shown_dots(&self) -> impl Iterator<Item = &'a Dot> {
-        let dots = self.skeleton.dots();
-        self.view.critical.iter().map(move |&index| &dots[index as usize])
-    }
-
-    /// The scale of a reduced view.
-    fn alpha(&self) -> Option<f64> {
-        match self.view.spec {
-            ViewSpec::Reduced { alpha } => Some(alpha),
-            ViewSpec::Full | ViewSpec::Derived { .. } => None,
-        }
-    }
-}
-
-/// Holes of the most persistent dots shown: of equals, all or none.
-fn drawn_holes(skeleton: &Skeleton, view: &View) -> Vec<(Dot, Hole)> {
-    let shown = || view.critical.iter().map(|&index| &skeleton.dots()[index as usize]);
-    let limit = shown().nth(HOLES).map_or(0.0, |next| next.persistence() * (1.0 + SAME));
-    let drawn = shown().take_while(|dot| dot.persistence() > limit);
-    let holes = drawn.map(|dot| (*dot, skeleton.hole(dot)));
-    holes.filter(|(_, hole)| hole.radius.is_finite() && hole.center.iter().all(|v| v.is_finite())).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use std::num::NonZeroU32;
 
-    use hopes::topology::{Frame, Pipeline};
-    use resvg::usvg::roxmltree::{Document, Node};
+    use hopes::topology::{Frame, Pipeline, ViewSpec};
+    use roxmltree::{Document, Node};
 
     use super::*;
 

@@ -1,18 +1,20 @@
 //! The left panel: the cloud, the tree, the critical edges, their holes, the simplified skeleton.
 //!
-//! In: a [`Scene`]. Out: shapes on the page, the most important on top. Invariants: holes are drawn for the most
-//! persistent dots only, marks are thinned to the panel's pixels; critical edges have the colour of their persistence.
+//! In: a [`Scene`].
+//! Out: shapes on the page, the most important on top.
+//! Invariants: holes are drawn for the most persistent dots only, marks are thinned to the panel's pixels; critical
+//! edges have the colour of their persistence.
 //! Must not know: the diagram, gaps.
 
 use hopes::topology::{Edge, Skeleton};
 
-use super::Scene;
-use super::camera::{Camera, Extent};
-use super::layout::Rect;
-use super::marks::Grid;
-use super::numbers::short;
-use super::page::{FRAME, GROUND, INK, Page};
-use super::ramp::{BUCKETS, Bucket, Rgb};
+use super::canvas::camera::{Camera, Extent};
+use super::canvas::layout::Rect;
+use super::canvas::marks::Grid;
+use super::canvas::numbers::short;
+use super::canvas::page::{FRAME, GROUND, INK, Page};
+use super::canvas::ramp::{BUCKETS, Bucket, Rgb};
+use super::scene::Scene;
 
 /// Smaller holes than this cannot be seen.
 const LEAST_HOLE: f64 = 1.0;

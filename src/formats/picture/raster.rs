@@ -1,7 +1,9 @@
 //! SVG to PNG, the same on every machine.
 //!
-//! In: an SVG document, a scale. Out: the bytes of a PNG file. Invariants: no file and no font of the system is read,
-//! texts are set in one built-in font; documents without a size, and sizes that would fill the memory, are refused.
+//! In: an SVG document, a scale.
+//! Out: the bytes of a PNG file.
+//! Invariants: no file and no font of the system is read, texts are set in one built-in font; documents without a
+//! size, and sizes that would fill the memory, are refused.
 //! Must not know: what the picture shows.
 
 use std::sync::{Arc, LazyLock};

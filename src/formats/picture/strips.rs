@@ -1,15 +1,18 @@
-//! What chose the view, inside the diagram: gaps as shaded strips, ds and vs (or alpha) as lines, all of them labelled.
+//! What chose the view, inside the diagram: gaps as shaded strips, ds and vs (or alpha) as lines, all of them
+//! labelled.
 //!
-//! In: a [`Scene`] and the diagram's [`Scale`]. Out: shapes on the page. Invariants: labels of diagonal gaps are above
-//! the frame, all others at its foot, right of the diagonal, where no dot can be; of many gaps the widest are labelled.
+//! In: a [`Scene`] and the diagram's [`Scale`].
+//! Out: shapes on the page.
+//! Invariants: labels of diagonal gaps are above the frame, all others at its foot, right of the diagonal, where no
+//! dot can be; of many gaps the widest are labelled.
 //! Must not know: dots.
 
 use hopes::topology::{Gap, Selection};
 
-use super::Scene;
-use super::diagram::Scale;
-use super::labels::{Label, Row, room};
-use super::page::{Anchor, Page, Type, text_width};
+use super::canvas::labels::{Label, Row, room};
+use super::canvas::page::{Anchor, Page, Type, text_width};
+use super::scale::Scale;
+use super::scene::Scene;
 
 const DIAGONAL: &str = "#0b7d62";
 const VERTICAL: &str = "#2563c9";

@@ -1,12 +1,14 @@
 //! What the picture says in words.
 //!
-//! In: a [`Scene`], a name. Out: headline, facts, a description for those who cannot see it. Invariants: one line each.
+//! In: a [`Scene`], a name.
+//! Out: headline, facts, a description for those who cannot see it.
+//! Invariants: one line each.
 //! Must not know: shapes.
 
 use hopes::topology::ViewSpec;
 
-use super::Scene;
-use super::numbers::{count, short};
+use super::canvas::numbers::{count, short};
+use super::scene::Scene;
 
 /// Longest name shown, in characters.
 const NAME: usize = 40;

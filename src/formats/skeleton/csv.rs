@@ -1,7 +1,10 @@
 //! The view's edges as a table, one a line, tree edges first.
 //!
-//! In: an [`Answer`]. Out: CSV with a header. Invariants: `i` and `j` are the vertices' numbers in order of first appearance; birth, death
-//! and persistence are empty for tree edges; scales are radii. Must not know: files.
+//! In: an [`Answer`].
+//! Out: CSV with a header.
+//! Invariants: `i` and `j` are the vertices' numbers in order of first appearance; birth, death and persistence are
+//! empty for tree edges; scales are radii.
+//! Must not know: files.
 
 use std::io::{self, Write};
 

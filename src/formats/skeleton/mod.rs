@@ -1,15 +1,17 @@
 //! What `compute` writes: one file a format.
 //!
-//! In: an [`Answer`]. Out: bytes. Invariants: a number that is not finite is null in JSON and empty in CSV; vertices are numbered in
-//! order of first appearance. Must not know: where the bytes go.
+//! In: an [`Answer`].
+//! Out: bytes.
+//! Invariants: a number that is not finite is null in JSON and empty in CSV; vertices are numbered in order of
+//! first appearance.
+//! Must not know: where the bytes go.
 
 mod csv;
 mod geojson;
 mod json;
 
-use std::io::Write;
+use std::io::{self, Write};
 
-use clap::ValueEnum;
 use hopes::topology::{Edge, Simplified, Skeleton, View};
 
 use super::picture;
@@ -42,7 +44,7 @@ impl Answer<'_> {
 }
 
 /// A form of output.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OutputFormat {
     /// Everything, as one JSON object.
     #[default]
@@ -58,16 +60,24 @@ pub enum OutputFormat {
 }
 
 impl OutputFormat {
+    /// Whether this build can write it.
+    pub fn is_built_in(self) -> bool {
+        self != Self::Png || cfg!(feature = "png")
+    }
+
     /// Writes an answer in this form.
-    pub fn write(self, answer: &Answer, out: &mut impl Write) -> anyhow::Result<()> {
+    ///
+    /// # Errors
+    /// Those of the sink, and of a picture that cannot be made into pixels.
+    pub fn write(self, answer: &Answer, out: &mut impl Write) -> io::Result<()> {
         match self {
             Self::Json => json::write(answer, out)?,
             Self::Csv => csv::write(answer, out)?,
             Self::Geojson => geojson::write(answer, out)?,
             Self::Svg => out.write_all(drawing(answer).as_bytes())?,
-            Self::Png => out.write_all(&picture::png(&drawing(answer), 2.0)?)?,
+            Self::Png => out.write_all(&pixels(&drawing(answer))?)?,
         }
-        Ok(out.flush()?)
+        out.flush()
     }
 }
 
@@ -75,4 +85,15 @@ fn drawing(answer: &Answer) -> String {
     let simplified = answer.simplified.map(|(_, s)| (s.positions.as_slice(), s.edges.as_slice()));
     let options = picture::Options { name: answer.name.map(str::to_owned), ..picture::Options::default() };
     picture::svg(answer.skeleton, answer.view, simplified, &options)
+}
+
+/// A drawing as a PNG file, two pixels for each of its units.
+#[cfg(feature = "png")]
+fn pixels(drawing: &str) -> io::Result<Vec<u8>> {
+    picture::png(drawing, 2.0).map_err(io::Error::other)
+}
+
+#[cfg(not(feature = "png"))]
+fn pixels(_: &str) -> io::Result<Vec<u8>> {
+    Err(io::ErrorKind::Unsupported.into())
 }

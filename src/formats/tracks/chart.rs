@@ -1,21 +1,21 @@
 //! The lives of tracks as a barcode.
 //!
-//! In: lives, how many bars there may be, which axis. Out: a [`Barcode`]. Invariants: the most persistent tracks are shown, and it is said how many are not; of equally persistent ones those that come first; a link is there where both of
-//! its tracks are. Must not know: pixels.
+//! In: lives, how many bars there may be, which axis. Out: a [`Barcode`]. Invariants: the most persistent tracks are
+//! shown, of equals the first ones. The picture says how many are left out. A link is drawn if both of its tracks are.
+//! Must not know: pixels.
 
 use std::collections::HashMap;
 
-use clap::ValueEnum;
 use thiserror::Error;
 
 use super::frame::Moment;
 use super::lives::{Began, Ended, Life, Lives, Stream};
 use super::order::order;
-use crate::formats::messages::Short;
 use crate::formats::picture::{Bar, Barcode, Link, LinkKind, count, shortened};
+use crate::formats::short::Short;
 
 /// What bars are drawn over.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Axis {
     /// Frames, by number.
     #[default]

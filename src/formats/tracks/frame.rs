@@ -1,7 +1,10 @@
-//! What a line of `serve --track` says of tracks.
+//! A frame's tracks, out of a line of `serve --track`.
 //!
-//! In: one line, without its end. Out: the frame's number, its time and its events, or what is wrong with the line. Invariants: keys that are not asked for are skipped and never kept; what of the line appears in a message is short and
-//! printable; a line is good as a whole or refused as a whole. Must not know: other lines; what becomes of the events.
+//! In: one line, without its end.
+//! Out: the frame's number, its time and its events, or what is wrong with the line.
+//! Invariants: keys that are not needed are skipped and never kept. An excerpt of the line in a message is short and
+//! printable. A line is good as a whole or refused as a whole.
+//! Must not know: other lines, what becomes of the events.
 
 use std::borrow::Cow;
 
@@ -24,9 +27,9 @@ pub struct Moment {
 /// A track as it was in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
-    /// None: not finite, or not told.
+    /// None: not finite, or not given.
     pub birth: Option<f64>,
-    /// None: not finite, or not told.
+    /// None: not finite, or not given.
     pub death: Option<f64>,
     /// Of the hole.
     pub center: Option<[f64; 2]>,
@@ -35,7 +38,7 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// None if either end of its life is not finite, or was not told.
+    /// None if either end of its life is not finite, or was not given.
     pub fn persistence(&self) -> Option<f64> {
         let (birth, death) = self.birth.zip(self.death)?;
         Some((death - birth).max(0.0))
@@ -88,13 +91,13 @@ pub struct Frame {
 
 /// What a line says.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Said {
+pub enum LineContent {
     /// A frame with its tracks.
     Tracks(Frame),
     /// A frame that was written without them.
     Untracked,
     /// Something that `watch` writes between frames.
-    Nothing,
+    Other,
 }
 
 /// Why a line was refused.
@@ -169,17 +172,17 @@ pub enum EventFault {
 }
 
 /// Reads a line that is not blank.
-pub fn read(line: &[u8]) -> Result<Said, Fault> {
+pub fn read(line: &[u8]) -> Result<LineContent, Fault> {
     let line = line.trim_ascii_start();
     if !line.starts_with(b"{") {
         return Err(Fault::NotAnObject { found: Excerpt::of(line) });
     }
     let line: Line<'_> = serde_json::from_slice(line).map_err(|error| json_fault(&error))?;
     if line.lagged.is_some() || line.dots.is_some() {
-        return Ok(Said::Nothing);
+        return Ok(LineContent::Other);
     }
     let frame = line.frame.ok_or(Fault::NoFrame)?;
-    let Some(tracks) = line.tracks else { return Ok(Said::Untracked) };
+    let Some(tracks) = line.tracks else { return Ok(LineContent::Untracked) };
     let stream = line.stream.unwrap_or_default();
     if !is_name(&stream) {
         return Err(Fault::Name(Excerpt::of(stream.as_bytes())));
@@ -191,7 +194,7 @@ pub fn read(line: &[u8]) -> Result<Said, Fault> {
     for (index, alive) in line.alive.unwrap_or_default().into_iter().enumerate() {
         events.push(seen(alive).map_err(|reason| Fault::Alive { number: index + 1, reason })?);
     }
-    Ok(Said::Tracks(Frame { stream: stream.into_owned(), moment: Moment { frame, time: line.time }, events }))
+    Ok(LineContent::Tracks(Frame { stream: stream.into_owned(), moment: Moment { frame, time: line.time }, events }))
 }
 
 /// What of a line is looked at.
@@ -283,7 +286,7 @@ mod tests {
 
     fn tracks(line: &str) -> Frame {
         match read(line.as_bytes()).unwrap() {
-            Said::Tracks(frame) => frame,
+            LineContent::Tracks(frame) => frame,
             other => panic!("{other:?}"),
         }
     }
@@ -312,9 +315,9 @@ mod tests {
 
     #[test]
     fn lines_that_are_no_frames_say_nothing() {
-        assert_eq!(read(br#"{"stream":"a","lagged":[3,4]}"#), Ok(Said::Nothing));
-        assert_eq!(read(br#"{"stream":"a","frame":2,"dots":[],"total":0}"#), Ok(Said::Nothing));
-        assert_eq!(read(br#"{"stream":"a","frame":2,"edges":{}}"#), Ok(Said::Untracked));
+        assert_eq!(read(br#"{"stream":"a","lagged":[3,4]}"#), Ok(LineContent::Other));
+        assert_eq!(read(br#"{"stream":"a","frame":2,"dots":[],"total":0}"#), Ok(LineContent::Other));
+        assert_eq!(read(br#"{"stream":"a","frame":2,"edges":{}}"#), Ok(LineContent::Untracked));
     }
 
     #[test]

@@ -1,7 +1,11 @@
 //! The lives of tracks, from their events.
 //!
-//! In: frames of any number of streams, in the order of each. Out: streams, and for each track when and how it began and ended, where and when it was most persistent, and when it was out of the view. Invariants: memory grows with
-//! streams and tracks only, not with frames or events; what contradicts the past is left out and told; a track whose beginning was not read lives from where it is first heard of. Must not know: how frames are written or lives shown.
+//! In: frames of any number of streams, in the order of each.
+//! Out: streams, and for each track when and how it began and ended, where and when it was most persistent, and when it
+//! was out of the view.
+//! Invariants: memory grows with streams and tracks, not with frames or events. An event that contradicts earlier ones
+//! is left out and reported. A track whose beginning was not read begins with its first event.
+//! Must not know: how frames are written or lives shown.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -133,8 +137,8 @@ impl Lives {
         }
         stream.frames += 1;
         stream.last = moment;
-        let told = frame.events.iter().filter_map(|event| stream.event(moment, event).err());
-        told.map(|odd| odd.contradiction(frame)).collect()
+        let contradictions = frame.events.iter().filter_map(|event| stream.event(moment, event).err());
+        contradictions.map(|odd| odd.contradiction(frame)).collect()
     }
 
     /// All tracks, with their streams.
@@ -234,7 +238,7 @@ pub struct Hidden {
 }
 
 impl Hidden {
-    /// More stretches are not told apart: the two that are nearest to each other become one.
+    /// Of more stretches, the two that are nearest to each other become one.
     const MOST: usize = 64;
 
     /// All stretches of a life that ends there.

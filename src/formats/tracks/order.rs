@@ -1,7 +1,10 @@
-//! Which bar stands where: relatives beside each other.
+//! The rows of bars: relatives beside each other.
 //!
-//! In: how many tracks there are, in the order of their beginnings, and links between them. Out: the tracks from top to bottom. Invariants: a family (all that links lead to) stands together, families in the order of their eldest; the
-//! same links give the same order; it takes no more than n log n, and no recursion. Must not know: what a track is.
+//! In: how many tracks there are, in the order of their beginnings, and links between them.
+//! Out: the tracks from top to bottom.
+//! Invariants: a family (all that links connect) stands together, families in the order of their eldest. The same links
+//! give the same order. It takes no more than n log n, and no recursion.
+//! Must not know: what a track is.
 
 use std::collections::VecDeque;
 
@@ -103,7 +106,7 @@ mod tests {
 
     #[test]
     fn families_stay_together_whatever_links_they_have() {
-        // A ring of links, one track linked to itself, one link told twice.
+        // A ring of links, one track linked to itself, one link given twice.
         assert_eq!(order(6, &[[0, 2], [2, 4], [4, 0], [1, 5], [1, 5], [3, 3]]), [4, 0, 2, 1, 5, 3]);
     }
 

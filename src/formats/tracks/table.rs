@@ -1,20 +1,20 @@
 //! The table of tracks, for people, as CSV and as JSON.
 //!
-//! In: lives. Out: a line, or an object, a track; by stream, then by id. Invariants: CSV and JSON have all columns always, the table for people only those that say something; what is not known is `-`, empty or null; nothing is
-//! kept but the line in hand. Must not know: how lives were read.
+//! In: lives. Out: a line, or an object, a track; by stream, then by id. Invariants: CSV and JSON have all columns
+//! always, the table for people only those that are not empty. A value that is not known is `-`, empty or null. Only
+//! the present line is kept. Must not know: how lives were read.
 
 use std::io::{self, Write};
 
-use clap::ValueEnum;
 use serde::{Serialize, Serializer};
 
 use super::frame::Moment;
 use super::lives::{Began, Ended, Life, Lives, Stream};
 use crate::formats::aligned::{self, Column, numbers, words};
-use crate::formats::messages::Short;
+use crate::formats::short::Short;
 
 /// How the table is written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TableFormat {
     /// Columns, for people.
     #[default]

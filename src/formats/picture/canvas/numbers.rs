@@ -1,12 +1,14 @@
 //! Numbers for people: round ticks, short values, counts.
 //!
-//! In: values of any magnitude, from 1e-60 to 1e60. Out: strings. Invariants: ticks are multiples of 1, 2 or 5 times a
-//! power of ten; a tick's label is exact, if need be with a power of ten taken out of all of them. Must not know: where
-//! the numbers are shown.
+//! In: values of any magnitude, from 1e-60 to 1e60.
+//! Out: strings.
+//! Invariants: ticks are multiples of 1, 2 or 5 times a power of ten; a tick's label is exact, if need be with a
+//! power of ten taken out of all of them.
+//! Must not know: where the numbers are shown.
 
 /// Round values from 0 on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ticks {
+pub struct Ticks {
     /// 1, 2 or 5.
     digit: i32,
     /// The step is the digit times this power of ten.
@@ -18,7 +20,7 @@ pub(super) struct Ticks {
 
 impl Ticks {
     /// Ticks up to `top`, which is positive: about so many.
-    pub(super) fn new(top: f64, wanted: f64) -> Self {
+    pub fn new(top: f64, wanted: f64) -> Self {
         let (digit, power) = round_step(top / wanted);
         let magnitude = top.log10().floor() as i32;
         let exponent = if (-3..=4).contains(&magnitude) { 0 } else { magnitude };
@@ -27,7 +29,7 @@ impl Ticks {
     }
 
     /// Every tick with its label.
-    pub(super) fn all(self) -> impl Iterator<Item = (f64, String)> {
+    pub fn all(self) -> impl Iterator<Item = (f64, String)> {
         let shift = self.power - self.exponent;
         let decimals = (-shift).max(0) as usize;
         (0..=self.count).map(move |index| {
@@ -37,13 +39,13 @@ impl Ticks {
     }
 
     /// What labels must be multiplied by, to follow the name of the axis.
-    pub(super) fn factor(self) -> String {
+    pub fn factor(self) -> String {
         if self.exponent == 0 { String::new() } else { format!(" (\u{d7} 1e{})", self.exponent) }
     }
 }
 
 /// The round number nearest below twice `value`: 1, 2 or 5, and the power of ten it is multiplied by.
-pub(super) fn round_step(value: f64) -> (i32, i32) {
+pub fn round_step(value: f64) -> (i32, i32) {
     let power = value.log10().floor() as i32;
     match value / 10f64.powi(power) {
         share if share <= 1.0 => (1, power),
@@ -54,7 +56,7 @@ pub(super) fn round_step(value: f64) -> (i32, i32) {
 }
 
 /// A value in four significant digits.
-pub(super) fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }

@@ -1,62 +1,83 @@
 //! Options of a daemon that others connect to.
 //!
-//! In: words of the command line. Out: the daemon's limits, policies and streams. Invariants: what is not given is as the README says. Must not know: sockets.
+//! In: words of the command line.
+//! Out: the daemon's limits, policies and streams.
+//! Must not know: sockets.
 
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use hopes_protocol::Policy;
 
-use super::args::{duration, resolution, window};
+use super::values::{bytes, duration, resolution, window};
 use crate::daemon::{Address, Limits, Overload, StreamSettings};
 
-/// The ways in, of which there may be many.
+/// The options that open a way in; one of them must be given for others to make sense.
 pub const PLACES: &str = "places";
 
 /// How others connect, and how much they may do.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sockets")]
-pub struct Network {
-    /// Let producers and consumers connect: unix:PATH (for this user only) or tcp:HOST:PORT. May be repeated.
+pub struct SocketArgs {
+    /// Let producers and consumers connect at unix:PATH or tcp:HOST:PORT. May be repeated.
+    ///
+    /// Unix sockets are made with mode 0600; one that a dead daemon has left is replaced. TCP is for this machine only,
+    /// unless --allow-remote is given. With --listen, stdin is read and stdout is written only if --input or --output
+    /// is given, for the stream "default", and the daemon runs until a signal comes.
     #[arg(long, value_name = "ADDRESS", group = PLACES)]
     pub listen: Vec<Address>,
-    /// Let them come from other machines too: there is no password.
+    /// Let peers and browsers come from other machines too: there is no password.
     #[arg(long, requires = PLACES)]
     pub allow_remote: bool,
-    /// Make a stream at the start: NAME, or NAME:OPTION=VALUE,... of window, resolution, frame-points, frame-every. May be repeated.
+    /// Make a stream at the start. May be repeated; producers make others.
+    ///
+    /// NAME, or NAME:OPTION=VALUE,... of window, resolution, frame-points, frame-every.
     #[arg(long, value_name = "NAME[:OPTIONS]", value_parser = stream, requires = PLACES)]
     pub stream: Vec<(String, StreamSettings)>,
     /// What happens when a producer is faster than its stream.
     #[arg(long, value_enum, default_value_t)]
     pub overload: OverloadArg,
-    /// Connections at one time.
+    /// Connections at one time; visitors of the page are at most a quarter of them (at least 16).
     #[arg(long, value_name = "N", default_value_t = Limits::default().connections)]
     max_connections: usize,
     /// Streams at one time.
     #[arg(long, value_name = "N", default_value_t = Limits::default().streams)]
     max_streams: usize,
-    /// Points in the window of a stream; more are refused.
+    /// Points in the window of a stream; more are refused, with the reason.
     #[arg(long, value_name = "N", default_value_t = Limits::default().points)]
     max_points: u64,
-    /// Distinct positions in a stream; batches that come when there are as many are refused.
+    /// Distinct positions in a stream; batches that come when there are as many are refused, with the reason.
     #[arg(long, value_name = "N", default_value_t = Limits::default().vertices)]
     max_vertices: u64,
-    /// Points in one message.
-    #[arg(long, value_name = "N", default_value_t = Limits::default().largest_batch, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    /// Points in one message; a message has at most 4 MiB.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = Limits::default().largest_batch,
+        value_parser = clap::value_parser!(u32).range(1..=100_000)
+    )]
     max_batch: u32,
-    /// Memory of all streams, such as 512MiB or 4GiB (an estimate: about 940 bytes a point); batches are refused while they hold as much [default: no limit].
+    /// Memory of all streams, such as 512MiB or 4GiB; at the limit batches are refused [default: no limit].
+    ///
+    /// It is an estimate: 940 bytes a distinct position, and the changes kept (--history).
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     max_memory: Option<u64>,
     /// How far a consumer may be behind before frames are merged for it.
+    ///
+    /// Then they become one diff, or a snapshot where that is smaller, and the consumer is sent "lagged".
     #[arg(long, value_name = "BYTES", value_parser = bytes, default_value = "1MiB")]
     consumer_queue: u64,
     /// Changes kept of each view, for consumers that are behind or come back.
+    ///
+    /// A view that no consumer follows is kept for a minute.
     #[arg(long, value_name = "BYTES", value_parser = bytes, default_value = "16MiB")]
     history: u64,
-    /// Send a sign of life after so long.
+    /// Send a heartbeat to a consumer to which nothing was sent for so long.
     #[arg(long, value_name = "DURATION", value_parser = duration, default_value = "5s")]
     heartbeat: Duration,
-    /// Cut off who is silent, or takes for one message, so long.
+    /// Disconnect a peer that sends nothing for so long, or takes so long for one message.
+    ///
+    /// After half of it, a silent peer is pinged.
     #[arg(long, value_name = "DURATION", value_parser = duration, default_value = "60s")]
     timeout: Duration,
 }
@@ -64,12 +85,12 @@ pub struct Network {
 /// What happens when a producer is faster than its stream.
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 pub enum OverloadArg {
-    /// It waits.
+    /// The producer waits: its points are not read any further.
     #[default]
     Block,
-    /// The batches that have waited longest are dropped, and their producers told.
+    /// The batches that have waited longest are dropped; each producer is sent which of its own. Commits are kept.
     DropOldest,
-    /// The batches that come are dropped, and their producers told.
+    /// The batches that come are dropped; each producer is sent which of its own. Commits are kept.
     DropNewest,
 }
 
@@ -83,7 +104,7 @@ impl From<OverloadArg> for Overload {
     }
 }
 
-impl Network {
+impl SocketArgs {
     /// The limits that they ask for.
     pub fn limits(&self) -> Limits {
         Limits {
@@ -133,20 +154,6 @@ fn stream(word: &str) -> Result<(String, StreamSettings), String> {
     Ok((name.to_owned(), settings))
 }
 
-/// A number of bytes: `4096`, `64KiB`, `512MiB`, `4GiB`.
-fn bytes(word: &str) -> Result<u64, String> {
-    let digits = word.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
-    let unit: u64 = match &word[digits.len()..] {
-        "" | "B" => 1,
-        "KiB" => 1 << 10,
-        "MiB" => 1 << 20,
-        "GiB" => 1 << 30,
-        unit => return Err(format!("{unit:?} is no unit: there are KiB, MiB, GiB")),
-    };
-    let number = digits.parse::<u64>().ok().and_then(|number| number.checked_mul(unit)).filter(|bytes| *bytes > 0);
-    number.ok_or_else(|| format!("{word:?} is not a number of bytes: write 512MiB"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -172,14 +179,6 @@ mod tests {
         ] {
             let error = stream(word).unwrap_err();
             assert!(error.contains(says), "{word}: {error}");
-        }
-    }
-
-    #[test]
-    fn bytes_have_units() {
-        assert_eq!((bytes("4096"), bytes("64KiB"), bytes("2GiB")), (Ok(4096), Ok(65536), Ok(2 << 30)));
-        for word in ["", "0", "-1", "1.5MiB", "3 MB", "99999999999GiB"] {
-            assert!(bytes(word).is_err(), "{word}");
         }
     }
 }

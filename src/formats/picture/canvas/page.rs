@@ -1,29 +1,31 @@
 //! A page of SVG under construction.
 //!
-//! In: shapes with their attributes, texts, groups. Out: one well-formed document, as a string. Invariants: texts are
-//! escaped and free of characters that XML forbids; coordinates have at most two decimals; what is opened is closed by
-//! the same call. Must not know: what is drawn.
+//! In: shapes with their attributes, texts, groups.
+//! Out: one well-formed document, as a string.
+//! Invariants: texts are escaped and free of characters that XML forbids; coordinates have at most two decimals;
+//! what is opened is closed by the same call.
+//! Must not know: what is drawn.
 
 use std::fmt::{self, Display, Write};
 
 use super::layout::Rect;
 
 /// The colour of text and of what must stand out.
-pub(super) const INK: &str = "#1b2432";
+pub const INK: &str = "#1b2432";
 /// The colour of what explains.
-pub(super) const MUTED: &str = "#566072";
+pub const MUTED: &str = "#566072";
 /// The colour of frames.
-pub(super) const FRAME: &str = "#c9d0da";
+pub const FRAME: &str = "#c9d0da";
 /// The colour of the panels' ground.
-pub(super) const GROUND: &str = "#fbfcfd";
+pub const GROUND: &str = "#fbfcfd";
 /// The colour of grid lines.
-pub(super) const GRID: &str = "#e9edf2";
+pub const GRID: &str = "#e9edf2";
 /// The size of most texts.
-pub(super) const TEXT_SIZE: f64 = 12.0;
+pub const TEXT_SIZE: f64 = 12.0;
 
 /// A length in pixels, written with at most two decimals.
 #[derive(Clone, Copy)]
-pub(super) struct Px(pub(super) f64);
+pub struct Px(pub f64);
 
 impl Display for Px {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -33,7 +35,7 @@ impl Display for Px {
 
 /// Which end of a text its place is.
 #[derive(Clone, Copy)]
-pub(super) enum Anchor {
+pub enum Anchor {
     Start,
     Middle,
     End,
@@ -41,30 +43,30 @@ pub(super) enum Anchor {
 
 /// How a text is set.
 #[derive(Clone, Copy)]
-pub(super) struct Type<'a> {
-    pub(super) size: f64,
-    pub(super) anchor: Anchor,
-    pub(super) fill: &'a str,
+pub struct Type<'a> {
+    pub size: f64,
+    pub anchor: Anchor,
+    pub fill: &'a str,
 }
 
 impl<'a> Type<'a> {
-    pub(super) fn new(anchor: Anchor, fill: &'a str) -> Self {
+    pub fn new(anchor: Anchor, fill: &'a str) -> Self {
         Self { size: TEXT_SIZE, anchor, fill }
     }
 
-    pub(super) fn sized(self, size: f64) -> Self {
+    pub fn sized(self, size: f64) -> Self {
         Self { size, ..self }
     }
 }
 
 /// The document so far.
-pub(super) struct Page {
+pub struct Page {
     text: String,
 }
 
 impl Page {
     /// Opens a document; `title` and `description` are for those who cannot see it.
-    pub(super) fn new([width, height]: [f64; 2], title: &str, description: &str) -> Self {
+    pub fn new([width, height]: [f64; 2], title: &str, description: &str) -> Self {
         let mut page = Self { text: String::new() };
         page.put(format_args!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
@@ -77,18 +79,18 @@ impl Page {
     }
 
     /// The finished document.
-    pub(super) fn finish(mut self) -> String {
+    pub fn finish(mut self) -> String {
         self.text.push_str("</svg>\n");
         self.text
     }
 
     /// Adds markup as it is.
-    pub(super) fn put(&mut self, markup: fmt::Arguments<'_>) {
+    pub fn put(&mut self, markup: fmt::Arguments<'_>) {
         self.text.write_fmt(markup).expect("writing to a string cannot fail");
     }
 
     /// Adds a panel with coordinates of its own, whose origin is the corner of `rect` and beyond which nothing shows.
-    pub(super) fn panel(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
+    pub fn panel(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
         let [x, y, width, height] = [rect.x, rect.y, rect.width, rect.height].map(Px);
         self.put(format_args!("<svg x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\">\n"));
         draw(self);
@@ -96,38 +98,38 @@ impl Page {
     }
 
     /// Adds a group with attributes in common.
-    pub(super) fn group(&mut self, attributes: impl Display, draw: impl FnOnce(&mut Self)) {
+    pub fn group(&mut self, attributes: impl Display, draw: impl FnOnce(&mut Self)) {
         self.put(format_args!("<g {attributes}>\n"));
         draw(self);
         self.put(format_args!("</g>\n"));
     }
 
     /// Adds what shows where the pointer rests on the group in hand.
-    pub(super) fn hint(&mut self, hint: &str) {
+    pub fn hint(&mut self, hint: &str) {
         self.put(format_args!("<title>{}</title>\n", Escaped(hint)));
     }
 
     /// Adds a path, unless it is empty.
-    pub(super) fn path(&mut self, data: &str, attributes: impl Display) {
+    pub fn path(&mut self, data: &str, attributes: impl Display) {
         if !data.is_empty() {
             self.put(format_args!("<path d=\"{data}\" {attributes}/>\n"));
         }
     }
 
     /// Adds a rectangle.
-    pub(super) fn rect(&mut self, rect: Rect, attributes: impl Display) {
+    pub fn rect(&mut self, rect: Rect, attributes: impl Display) {
         let [x, y, width, height] = [rect.x, rect.y, rect.width, rect.height].map(Px);
         self.put(format_args!("<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" {attributes}/>\n"));
     }
 
     /// Adds a straight line.
-    pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], attributes: impl Display) {
+    pub fn line(&mut self, from: [f64; 2], to: [f64; 2], attributes: impl Display) {
         let ([x1, y1], [x2, y2]) = (from.map(Px), to.map(Px));
         self.put(format_args!("<line x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\" {attributes}/>\n"));
     }
 
     /// Adds a circle; a hint, if there is one, shows where the pointer rests on it.
-    pub(super) fn circle(&mut self, [x, y]: [f64; 2], radius: f64, attributes: impl Display, hint: Option<&str>) {
+    pub fn circle(&mut self, [x, y]: [f64; 2], radius: f64, attributes: impl Display, hint: Option<&str>) {
         let [x, y, r] = [x, y, radius].map(Px);
         self.put(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" {attributes}"));
         match hint {
@@ -137,7 +139,7 @@ impl Page {
     }
 
     /// Adds a filled polygon.
-    pub(super) fn polygon(&mut self, corners: &[[f64; 2]], attributes: impl Display) {
+    pub fn polygon(&mut self, corners: &[[f64; 2]], attributes: impl Display) {
         self.put(format_args!("<polygon points=\""));
         for (index, &[x, y]) in corners.iter().enumerate() {
             let space = if index > 0 { " " } else { "" };
@@ -147,13 +149,13 @@ impl Page {
     }
 
     /// Adds a text.
-    pub(super) fn text(&mut self, at: [f64; 2], set: Type<'_>, text: &str) {
+    pub fn text(&mut self, at: [f64; 2], set: Type<'_>, text: &str) {
         let [x, y] = at.map(Px);
         self.put(format_args!("<text x=\"{x}\" y=\"{y}\" {set}>{}</text>\n", Escaped(text)));
     }
 
     /// Adds a text that reads upwards.
-    pub(super) fn upward_text(&mut self, at: [f64; 2], set: Type<'_>, text: &str) {
+    pub fn upward_text(&mut self, at: [f64; 2], set: Type<'_>, text: &str) {
         let [x, y] = at.map(Px);
         let turned = format_args!("transform=\"translate({x} {y}) rotate(-90)\"");
         self.put(format_args!("<text {turned} {set}>{}</text>\n", Escaped(text)));
@@ -175,7 +177,7 @@ impl Display for Type<'_> {
 }
 
 /// About how wide a text of the usual size is. Fonts differ: leave room.
-pub(super) fn text_width(text: &str) -> f64 {
+pub fn text_width(text: &str) -> f64 {
     0.56 * TEXT_SIZE * text.chars().count() as f64
 }
 
@@ -212,7 +214,7 @@ mod tests {
         let text = page.finish();
         assert!(text.contains("<title>a &lt; b &amp; &quot;c&quot;</title>"), "{text}");
         assert!(text.contains("<desc>  &gt;</desc>"), "{text}");
-        assert!(resvg::usvg::roxmltree::Document::parse(&text).is_ok());
+        assert!(roxmltree::Document::parse(&text).is_ok());
     }
 
     #[test]
@@ -224,7 +226,7 @@ mod tests {
         });
         page.path("", format_args!(""));
         let text = page.finish();
-        let document = resvg::usvg::roxmltree::Document::parse(&text).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
         assert_eq!(document.descendants().filter(|node| node.has_tag_name("path")).count(), 1);
     }
 }

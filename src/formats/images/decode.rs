@@ -1,9 +1,11 @@
 //! Pictures in files: PNG and JPEG, to gray.
 //!
-//! In: the bytes of a file. Out: a [`Picture`], as `cv2.imread(file, IMREAD_GRAYSCALE)` has it: weights of colours,
-//! transparency left out, turned as its Exif says. Invariants: a picture has at most [`MOST_PIXELS`] and a file at most
-//! [`MOST_BYTES`], and memory is bounded by them; one that is cut off or damaged is refused as a whole. Must not know:
-//! what is looked for in pictures.
+//! In: the bytes of a file.
+//! Out: a [`GrayImage`], as `cv2.imread(file, IMREAD_GRAYSCALE)` has it: weights of colours, transparency left out,
+//! turned as its Exif says.
+//! Invariants: a picture has at most [`MOST_PIXELS`] and a file at most [`MOST_BYTES`], and memory is bounded by
+//! them; one that is cut off or damaged is refused as a whole.
+//! Must not know: what is looked for in pictures.
 
 use std::io::{self, Cursor, Read};
 
@@ -15,6 +17,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+use super::image::GrayImage;
 use super::orientation::{self, Orientation};
 
 /// A file of a picture has at most so many bytes.
@@ -34,20 +37,9 @@ pub const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// The first bytes of a JPEG.
 pub const JPEG: &[u8] = b"\xff\xd8\xff";
 
-/// A gray picture.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Picture {
-    /// Pixels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Row by row.
-    pub pixels: Vec<u8>,
-}
-
 /// Why there is no picture.
 #[derive(Debug, Error)]
-pub enum PictureError {
+pub enum DecodeError {
     /// The source failed.
     #[error("cannot read it: {0}")]
     Io(#[source] io::Error),
@@ -73,33 +65,31 @@ pub enum PictureError {
     Jpeg(String),
 }
 
-impl Picture {
-    /// Reads a picture to its end.
-    pub fn read(source: impl Read) -> Result<Self, PictureError> {
-        let mut bytes = Vec::new();
-        source.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(PictureError::Io)?;
-        if bytes.len() as u64 > MOST_BYTES {
-            return Err(PictureError::LongFile);
-        }
-        Self::decode(&bytes)
+/// Reads a picture to its end.
+pub fn read(source: impl Read) -> Result<GrayImage, DecodeError> {
+    let mut bytes = Vec::new();
+    source.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(DecodeError::Io)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(DecodeError::LongFile);
     }
-
-    fn decode(bytes: &[u8]) -> Result<Self, PictureError> {
-        let (picture, orientation) = match bytes {
-            _ if bytes.starts_with(PNG) => png(bytes)?,
-            _ if bytes.starts_with(JPEG) => jpeg(bytes)?,
-            _ => return Err(PictureError::Unknown),
-        };
-        Ok(orientation.turned(picture))
-    }
+    decode(&bytes)
 }
 
-fn check_size(width: usize, height: usize) -> Result<(), PictureError> {
+fn decode(bytes: &[u8]) -> Result<GrayImage, DecodeError> {
+    let (image, orientation) = match bytes {
+        _ if bytes.starts_with(PNG) => png(bytes)?,
+        _ if bytes.starts_with(JPEG) => jpeg(bytes)?,
+        _ => return Err(DecodeError::Unknown),
+    };
+    Ok(orientation.turned(image))
+}
+
+fn check_size(width: usize, height: usize) -> Result<(), DecodeError> {
     let is_fitting = width <= LONGEST_SIDE && height <= LONGEST_SIDE && (width * height) as u64 <= MOST_PIXELS;
-    if is_fitting { Ok(()) } else { Err(PictureError::TooLarge { width, height }) }
+    if is_fitting { Ok(()) } else { Err(DecodeError::TooLarge { width, height }) }
 }
 
-fn png(bytes: &[u8]) -> Result<(Picture, Orientation), PictureError> {
+fn png(bytes: &[u8]) -> Result<(GrayImage, Orientation), DecodeError> {
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: MARGINALIA });
     decoder.set_transformations(Transformations::EXPAND);
     decoder.set_ignore_text_chunk(true);
@@ -121,7 +111,7 @@ fn png(bytes: &[u8]) -> Result<(Picture, Orientation), PictureError> {
     if is_interlaced {
         let size = reader
             .output_buffer_size()
-            .ok_or(PictureError::TooLarge { width: width as usize, height: height as usize })?;
+            .ok_or(DecodeError::TooLarge { width: width as usize, height: height as usize })?;
         let mut samples = vec![0; size];
         reader.next_frame(&mut samples)?;
         gray.append(&samples, &mut pixels);
@@ -130,10 +120,10 @@ fn png(bytes: &[u8]) -> Result<(Picture, Orientation), PictureError> {
             gray.append(row.data(), &mut pixels);
         }
     }
-    // All pixels are there. What comes after them may tell how to turn it, and is not needed otherwise.
+    // All pixels are there. Chunks after them may have the orientation, and are not needed otherwise.
     drop(reader.finish());
     let exif = reader.info().exif_metadata.as_deref();
-    Ok((Picture { width, height, pixels }, exif.map(orientation::of).unwrap_or_default()))
+    Ok((GrayImage { width, height, pixels }, exif.map(orientation::of).unwrap_or_default()))
 }
 
 /// How samples of a PNG become gray.
@@ -182,8 +172,8 @@ impl Gray {
     }
 }
 
-fn jpeg(bytes: &[u8]) -> Result<(Picture, Orientation), PictureError> {
-    let damaged = |error: zune_jpeg::errors::DecodeErrors| PictureError::Jpeg(format!("{error:?}"));
+fn jpeg(bytes: &[u8]) -> Result<(GrayImage, Orientation), DecodeError> {
+    let damaged = |error: zune_jpeg::errors::DecodeErrors| DecodeError::Jpeg(format!("{error:?}"));
     let options = DecoderOptions::default()
         .set_max_width(LONGEST_SIDE)
         .set_max_height(LONGEST_SIDE)
@@ -203,5 +193,5 @@ fn jpeg(bytes: &[u8]) -> Result<(Picture, Orientation), PictureError> {
         false => samples.chunks_exact(3).map(|pixel| gray::from_rgb_rounded([pixel[0], pixel[1], pixel[2]])).collect(),
     };
     let orientation = decoder.exif().map(|exif| orientation::of(exif)).unwrap_or_default();
-    Ok((Picture { width: width as u32, height: height as u32, pixels }, orientation))
+    Ok((GrayImage { width: width as u32, height: height as u32, pixels }, orientation))
 }

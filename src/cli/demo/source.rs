@@ -1,26 +1,28 @@
 //! What a demo plays: a scene, or the edges of a film that comes with the program.
 //!
-//! In: its name. Out: how it is to be played, and [`Input`]s, from a thread of its own. Invariants: every frame is closed; without a number of frames
-//! there is no end; who does not listen any more ends it. Must not know: sockets, pages.
+//! In: its name.
+//! Out: how it is to be played, and [`Input`]s, from a thread of its own.
+//! Invariants: every frame is closed. Without a number of frames there is no end. The thread ends when its inputs
+//! are no longer received.
+//! Must not know: sockets, pages.
 
+use std::io;
 use std::num::NonZeroU64;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread;
 
-use anyhow::Context;
 use hopes::scene::{FRAMES_A_SECOND, Kind, Options, Scene};
 use hopes::topology::Window;
-use indicatif::ProgressBar;
 
 use crate::daemon::{Batch, Input};
 use crate::formats::input::{Columns, Format};
-use crate::formats::points::{Form, Place, Source};
+use crate::formats::points::{Form, Origin, PointSource};
 
 /// Edges of "Big Buck Bunny", (c) 2008 Blender Foundation, CC BY 3.0.
 const FILM: &[u8] = include_bytes!("../../../tests/data/bunny.jsonl");
-/// Its frames are so many to a second.
+/// Frames of it in a second.
 const FILM_RATE: f64 = 5.0;
-/// Holes in it that are told of have at least this persistence, in pixels.
+/// The least persistence of holes in it that are tracked, in pixels.
 const FILM_ABOVE: f64 = 8.0;
 
 /// Inputs that may wait to be sent.
@@ -28,14 +30,14 @@ const WAITING: usize = 4;
 
 /// What is played.
 #[derive(Clone, Copy, Debug)]
-pub enum Programme {
+pub enum DemoSource {
     /// Points whose true holes are known.
     Scene(Kind),
     /// Points of a real film.
     Film,
 }
 
-impl Programme {
+impl DemoSource {
     /// In a few words.
     pub fn about(self) -> String {
         match self {
@@ -44,7 +46,7 @@ impl Programme {
         }
     }
 
-    /// Frames to a second, unless somebody wants it otherwise.
+    /// Frames in a second, unless another rate is given.
     pub fn rate(self) -> f64 {
         match self {
             Self::Scene(_) => FRAMES_A_SECOND,
@@ -52,7 +54,7 @@ impl Programme {
         }
     }
 
-    /// Which points stay. A scene says itself which go.
+    /// Which points stay. A scene takes its points back itself.
     pub fn window(self) -> Window {
         match self {
             Self::Scene(_) => Window::All,
@@ -60,7 +62,7 @@ impl Programme {
         }
     }
 
-    /// The persistence from which on holes are told of.
+    /// The least persistence of holes that are tracked.
     pub fn above(self) -> f64 {
         match self {
             Self::Scene(kind) => scene(kind).above(),
@@ -68,19 +70,19 @@ impl Programme {
         }
     }
 
-    /// Starts to play, so many points to a message at the most, and so many frames if there is to be an end.
-    pub fn play(self, frames: Option<u64>, batch: usize) -> anyhow::Result<Receiver<Input>> {
+    /// Starts the thread that plays. Batches have at most `batch` points; after `frames` frames, if given, it ends.
+    pub fn play(self, frames: Option<u64>, batch: usize) -> io::Result<Receiver<Input>> {
         let (sender, inputs) = sync_channel(WAITING);
         let mut left = frames.unwrap_or(u64::MAX);
-        let mut say = move |input: Input| {
+        let mut send = move |input: Input| {
             left -= u64::from(matches!(input, Input::Commit(_)));
             sender.send(input).is_ok() && left > 0
         };
         let play = move || match self {
-            Self::Scene(kind) => play_scene(scene(kind), batch, &mut say),
-            Self::Film => play_film(batch, &mut say),
+            Self::Scene(kind) => play_scene(scene(kind), batch, &mut send),
+            Self::Film => play_film(batch, &mut send),
         };
-        thread::Builder::new().name("programme".to_owned()).spawn(play).context("cannot start a thread")?;
+        thread::Builder::new().name("source".to_owned()).spawn(play)?;
         Ok(inputs)
     }
 }
@@ -89,12 +91,12 @@ fn scene(kind: Kind) -> Scene {
     Scene::new(kind, Options::default()).expect("the options that are the default are in range")
 }
 
-fn play_scene(mut scene: Scene, batch: usize, say: &mut impl FnMut(Input) -> bool) {
+fn play_scene(mut scene: Scene, batch: usize, send: &mut impl FnMut(Input) -> bool) {
     loop {
         let frame = scene.next_frame();
         let gone = batches(&frame.gone, batch).map(Input::Retract);
         let come = batches(&frame.come, batch).map(Input::Points);
-        if !gone.chain(come).chain([Input::Commit(Some(frame.time))]).all(&mut *say) {
+        if !gone.chain(come).chain([Input::Commit(Some(frame.time))]).all(&mut *send) {
             return;
         }
     }
@@ -107,10 +109,11 @@ fn batches(points: &[[f64; 2]], batch: usize) -> impl Iterator<Item = Batch> {
     })
 }
 
-fn play_film(batch: usize, say: &mut impl FnMut(Input) -> bool) {
+fn play_film(batch: usize, send: &mut impl FnMut(Input) -> bool) {
     let form = Form::Lines(Format::JsonLines, Columns::default());
-    let film = Source { place: Place::Memory(FILM), form, frame_points: None, closes_last: true, loops: true, batch };
-    if let Err(error) = film.read(say, &ProgressBar::hidden()) {
-        say(Input::Failed(format!("{error:#}")));
+    let origin = Origin::Memory(FILM);
+    let film = PointSource { origin, form, frame_points: None, closes_last: true, loops: true, batch };
+    if let Err(error) = film.read(send, &|_| ()) {
+        send(Input::Failed(format!("{:#}", anyhow::Error::from(error))));
     }
 }

@@ -1,22 +1,24 @@
 //! Many points or segments as the data of one path.
 //!
-//! In: places in pixels. Out: path data in short relative moves. Invariants: it depends on the set of marks, not on
-//! their order; of dots on the same pixel one is kept, of equal segments too, so its size is bounded by the panel's and
-//! not by the cloud's; numbers have at most two decimals, and rounding does not add up along a path. Must not know:
-//! styles.
+//! In: places in pixels.
+//! Out: path data in short relative moves.
+//! Invariants: it depends on the set of marks, not on their order; of dots on the same pixel one is kept, of equal
+//! segments too, so its size is bounded by the panel's and not by the cloud's; numbers have at most two decimals,
+//! and rounding does not add up along a path.
+//! Must not know: styles.
 
 /// A place on the grid, in hundredths of a pixel.
-pub(super) type Place = [i32; 2];
+pub type Place = [i32; 2];
 
 /// A grid that places are rounded to: the finer, the fewer marks there are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Grid {
+pub struct Grid {
     step: i32,
 }
 
 impl Grid {
     /// The grid for so many marks on so many square pixels.
-    pub(super) fn new(marks: usize, area: f64) -> Self {
+    pub fn new(marks: usize, area: f64) -> Self {
         let spacing = (area / marks.max(1) as f64).sqrt();
         let step = if spacing >= 4.0 {
             1
@@ -29,7 +31,7 @@ impl Grid {
     }
 
     /// The nearest place.
-    pub(super) fn place(self, at: [f64; 2]) -> Place {
+    pub fn place(self, at: [f64; 2]) -> Place {
         // Nothing that shows is farther away than that.
         at.map(|v| (v.clamp(-1e6, 1e6) * 100.0 / f64::from(self.step)).round() as i32 * self.step)
     }
@@ -40,7 +42,7 @@ impl Grid {
     }
 
     /// Dots: subpaths of no length, which show by their round caps.
-    pub(super) fn dots(self, places: impl Iterator<Item = [f64; 2]>) -> String {
+    pub fn dots(self, places: impl Iterator<Item = [f64; 2]>) -> String {
         let pixel = self.pixel();
         let cell = |[x, y]: Place| [y.div_euclid(pixel), x.div_euclid(pixel)];
         let mut places: Vec<Place> = places.map(|at| self.place(at)).collect();
@@ -55,7 +57,7 @@ impl Grid {
     }
 
     /// Segments; those that end where they begin are left out.
-    pub(super) fn segments(self, segments: impl Iterator<Item = [[f64; 2]; 2]>) -> String {
+    pub fn segments(self, segments: impl Iterator<Item = [[f64; 2]; 2]>) -> String {
         let downwards = |ends: [[f64; 2]; 2]| {
             let mut ends = ends.map(|end| self.place(end));
             ends.sort_unstable_by_key(|&[x, y]| [y, x]);

@@ -1,18 +1,23 @@
-//! Who plays in a demo: threads that can be asked to end, and their end in order.
+//! The roles of a demo: threads that can be asked to end, and their end in order.
 //!
-//! In: roles as they start. Out: whether it is over, and how it went. Invariants: everybody is joined; the producer leaves before the daemon, and the
-//! teller hears the daemon's goodbye. Must not know: what anybody does.
+//! In: roles as they start.
+//! Out: whether one of them has ended, and how the demo went.
+//! Invariants: all threads are joined. The producer leaves before the daemon, and the printer writes all that the
+//! daemon has sent before its goodbye.
+//! Must not know: what a role does.
 
 use std::thread::{self, Scope, ScopedJoinHandle};
 use std::time::Duration;
 
 use anyhow::{Context, anyhow};
 
-use super::OVER;
 use crate::cli::Failure;
 use crate::daemon::{Stop, Stopper};
 
-/// A thread, and who can end it.
+/// The reason of an end that no signal asked for.
+pub const OVER: &str = "the demo is over";
+
+/// A thread, and how to end it.
 pub struct Role<'scope> {
     thread: ScopedJoinHandle<'scope, Result<(), Failure>>,
     stopper: Stopper,
@@ -41,27 +46,27 @@ impl<'scope> Role<'scope> {
     }
 }
 
-/// All who play.
-pub struct Cast<'scope> {
+/// All roles that have started.
+pub struct Roles<'scope> {
     pub daemon: Role<'scope>,
-    pub teller: Option<Role<'scope>>,
+    pub printer: Option<Role<'scope>>,
     pub producer: Option<Role<'scope>>,
 }
 
-impl Cast<'_> {
-    /// Why it is over, if within that time a signal comes or somebody has ended.
-    pub fn is_over(&self, signals: &mut Stop, moment: Duration) -> Option<&'static str> {
-        let roles = [Some(&self.daemon), self.teller.as_ref(), self.producer.as_ref()];
+impl Roles<'_> {
+    /// The reason to end, if within that time a signal comes or a role has ended.
+    pub fn ended(&self, signals: &mut Stop, moment: Duration) -> Option<&'static str> {
+        let roles = [Some(&self.daemon), self.printer.as_ref(), self.producer.as_ref()];
         let has_ended = roles.into_iter().flatten().any(|role| role.thread.is_finished());
         if has_ended { Some(OVER) } else { signals.wait(moment) }
     }
 
-    /// Ends all in order. The daemon's failure counts more than what came of it.
+    /// Ends all in order. If several fail, the daemon's failure is reported: it may have caused the others.
     pub fn end(self, reason: &'static str) -> Result<(), Failure> {
         let produced = self.producer.map_or(Ok(()), |producer| producer.leave(reason));
         let served = self.daemon.leave(reason);
-        // It is not asked: the daemon's goodbye comes after all that there is to tell.
-        let told = self.teller.map_or(Ok(()), Role::join);
-        served.and(told).and(produced)
+        // The printer is not asked: it ends with the daemon's goodbye, after all frames.
+        let printed = self.printer.map_or(Ok(()), Role::join);
+        served.and(printed).and(produced)
     }
 }

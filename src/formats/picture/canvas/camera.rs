@@ -1,8 +1,10 @@
 //! From the plane of the points to pixels.
 //!
-//! In: the points that must be seen. Out: their places in a panel. Invariants: both axes have one scale, y points up;
-//! differences are taken before they are scaled, so offsets and units of any magnitude do not matter; one place alone
-//! is in the middle. Must not know: what is drawn there.
+//! In: the points that must be seen.
+//! Out: their places in a panel.
+//! Invariants: both axes have one scale, y points up; differences are taken before they are scaled, so offsets and
+//! units of any magnitude do not matter; one place alone is in the middle.
+//! Must not know: what is drawn there.
 
 use super::layout::Rect;
 
@@ -11,22 +13,22 @@ const PADDING: f64 = 20.0;
 
 /// The least box around points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Extent {
+pub struct Extent {
     low: [f64; 2],
     high: [f64; 2],
 }
 
 impl Extent {
     /// The box around nothing.
-    pub(super) const EMPTY: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+    pub const EMPTY: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
 
     /// The box around this one and a point.
-    pub(super) fn with(self, [x, y]: [f64; 2]) -> Self {
+    pub fn with(self, [x, y]: [f64; 2]) -> Self {
         Self { low: [self.low[0].min(x), self.low[1].min(y)], high: [self.high[0].max(x), self.high[1].max(y)] }
     }
 
     /// The box around this one and a circle.
-    pub(super) fn with_circle(self, [x, y]: [f64; 2], radius: f64) -> Self {
+    pub fn with_circle(self, [x, y]: [f64; 2], radius: f64) -> Self {
         self.with([x - radius, y - radius]).with([x + radius, y + radius])
     }
 
@@ -37,7 +39,7 @@ impl Extent {
 
 /// Maps the plane to a panel whose corner is the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Camera {
+pub struct Camera {
     target: [f64; 2],
     middle: [f64; 2],
     scale: f64,
@@ -45,7 +47,7 @@ pub(super) struct Camera {
 
 impl Camera {
     /// The largest picture of `extent` that fits.
-    pub(super) fn new(extent: Extent, panel: Rect) -> Self {
+    pub fn new(extent: Extent, panel: Rect) -> Self {
         let size = extent.size();
         let room = [panel.width, panel.height].map(|side| side - 2.0 * PADDING);
         let fit = (room[0] / size[0]).min(room[1] / size[1]);
@@ -57,13 +59,13 @@ impl Camera {
     }
 
     /// Where a point is.
-    pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [dx, dy] = [x - self.target[0], y - self.target[1]].map(|difference| difference * self.scale);
         [self.middle[0] + dx, self.middle[1] - dy]
     }
 
     /// Pixels for a unit of the plane; 0 if all points are one.
-    pub(super) fn scale(&self) -> f64 {
+    pub fn scale(&self) -> f64 {
         self.scale
     }
 }

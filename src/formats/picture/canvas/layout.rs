@@ -1,7 +1,9 @@
 //! Where the parts of the picture are.
 //!
-//! In: the size of the page. Out: rectangles in pixels, from the page's upper left corner. Invariants: no two parts
-//! overlap; the diagram is square; a page is never so small that a part vanishes. Must not know: what the parts show.
+//! In: the size of the page.
+//! Out: rectangles in pixels, from the page's upper left corner.
+//! Invariants: no two parts overlap; the diagram is square; a page is never so small that a part vanishes.
+//! Must not know: what the parts show.
 
 /// The least size of a page.
 const LEAST: [u32; 2] = [800, 400];
@@ -17,44 +19,44 @@ const BAR: f64 = 88.0;
 
 /// A rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rect {
-    pub(super) x: f64,
-    pub(super) y: f64,
-    pub(super) width: f64,
-    pub(super) height: f64,
+pub struct Rect {
+    pub x: f64,
+    pub y: f64,
+    pub width: f64,
+    pub height: f64,
 }
 
 impl Rect {
-    pub(super) fn right(&self) -> f64 {
+    pub fn right(&self) -> f64 {
         self.x + self.width
     }
 
-    pub(super) fn bottom(&self) -> f64 {
+    pub fn bottom(&self) -> f64 {
         self.y + self.height
     }
 
     /// Larger by so much on every side.
-    pub(super) fn grown(self, by: f64) -> Self {
+    pub fn grown(self, by: f64) -> Self {
         Self { x: self.x - by, y: self.y - by, width: self.width + 2.0 * by, height: self.height + 2.0 * by }
     }
 }
 
 /// The parts of a page.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Layout {
+pub struct Layout {
     /// Width and height of the page.
-    pub(super) size: [f64; 2],
+    pub size: [f64; 2],
     /// The cloud and its skeleton.
-    pub(super) plane: Rect,
+    pub plane: Rect,
     /// The persistence diagram.
-    pub(super) diagram: Rect,
+    pub diagram: Rect,
     /// The colour bar.
-    pub(super) bar: Rect,
+    pub bar: Rect,
 }
 
 impl Layout {
     /// Divides a page.
-    pub(super) fn new(width: u32, height: u32) -> Self {
+    pub fn new(width: u32, height: u32) -> Self {
         let [width, height] = [width.max(LEAST[0]), height.max(LEAST[1])].map(f64::from);
         let tall = height - HEADER - FOOTER;
         let wide = width - 2.0 * MARGIN - AXIS - BAR;

@@ -1,7 +1,9 @@
 //! The truth of a scene, as JSON lines.
 //!
-//! In: a scene's options, and frames. Out: a line that says what is played, and a line a frame: its holes by id, and
-//! its events. Invariants: as many lines as frames, and one. Must not know: points.
+//! In: a scene's options, and frames.
+//! Out: a line with the scene and its options, then a line a frame: its holes by id, and its events.
+//! Invariants: there is one line more than frames.
+//! Must not know: points.
 
 use std::io::{self, Write};
 
@@ -49,7 +51,7 @@ enum Event {
 }
 
 impl<W: Write> Truth<W> {
-    /// To be written there.
+    /// Nothing is written yet.
     pub fn new(sink: W) -> Self {
         Self(sink)
     }
@@ -69,13 +71,13 @@ impl<W: Write> Truth<W> {
     }
 
     /// A frame's line.
-    pub fn frame(&mut self, frame: &Frame) -> io::Result<()> {
+    pub fn write(&mut self, frame: &Frame) -> io::Result<()> {
         let holes = frame.holes.iter().map(hole).collect();
         let events = frame.events.iter().map(event).collect();
         self.line(&Line { frame: frame.number, holes, events })
     }
 
-    /// Ends.
+    /// Flushes all that was written.
     pub fn finish(mut self) -> io::Result<()> {
         self.0.flush()
     }

@@ -1,7 +1,10 @@
 //! A horizontal axis that need not begin at 0.
 //!
-//! In: the first and the last value, a length in pixels. Out: places of values, and round ticks with their labels. Invariants: the ends are the ends of the axis, a range without length is in its middle; a tick's label is exact to the
-//! step; there are never many ticks. Must not know: what is drawn there.
+//! In: the first and the last value, a length in pixels.
+//! Out: places of values, and round ticks with their labels.
+//! Invariants: the ends are the ends of the axis; a range without length is in its middle. A tick's label is exact to
+//! the step. There are never many ticks.
+//! Must not know: what is drawn there.
 
 use super::numbers::round_step;
 
@@ -12,7 +15,7 @@ const PLAIN: std::ops::RangeInclusive<i32> = -5..=12;
 
 /// Maps values to pixels from the left end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Axis {
+pub struct Axis {
     low: f64,
     span: f64,
     length: f64,
@@ -22,17 +25,17 @@ pub(super) struct Axis {
 
 impl Axis {
     /// An axis for values that are no farther apart than numbers go.
-    pub(super) fn new([low, high]: [f64; 2], length: f64, is_whole: bool) -> Self {
+    pub fn new([low, high]: [f64; 2], length: f64, is_whole: bool) -> Self {
         Self { low, span: high - low, length, is_whole }
     }
 
     /// Where a value is.
-    pub(super) fn place(self, value: f64) -> f64 {
+    pub fn place(self, value: f64) -> f64 {
         if self.span.is_normal() { (value - self.low) / self.span * self.length } else { self.length / 2.0 }
     }
 
     /// Round values with their labels.
-    pub(super) fn ticks(self) -> Vec<(f64, String)> {
+    pub fn ticks(self) -> Vec<(f64, String)> {
         if !self.span.is_normal() {
             return vec![(self.low, self.label(self.low, 0))];
         }
@@ -43,7 +46,7 @@ impl Axis {
         let step = f64::from(digit) * 10f64.powi(power);
         let first = (self.low / step).ceil();
         let most = (2.0 * self.length / TICK_SPACE) as usize + 2;
-        // Not all steps can be told apart where the values are great and the span is small.
+        // Where values are great and the span is small, some steps round to the same value.
         let mut ticks: Vec<f64> = (0..most).map(|index| (first + index as f64) * step).collect();
         ticks.dedup();
         ticks.retain(|&value| value.is_finite() && value <= self.low + self.span * (1.0 + 1e-9));

@@ -1,17 +1,19 @@
 //! Colours for persistence.
 //!
-//! In: the largest persistence of a diagram, then others. Out: buckets and their colours, from light (on the diagonal)
-//! to dark (the most persistent). Invariants: perceptually uniform (stops of matplotlib's "plasma", its palest and
-//! darkest ends left out, which are too near to the ground and to the ink); the number of buckets is fixed, so a
-//! picture of a million dots needs no more paths than that. Must not know: dots, shapes.
+//! In: the largest persistence of a diagram, then others.
+//! Out: buckets and their colours, from light (on the diagonal) to dark (the most persistent).
+//! Invariants: perceptually uniform (stops of matplotlib's "plasma", its palest and darkest ends left out, which
+//! are too near to the ground and to the ink); the number of buckets is fixed, so a picture of a million dots needs
+//! no more paths than that.
+//! Must not know: dots, shapes.
 
 use std::fmt::{self, Display};
 
 /// How many colours there are.
-pub(super) const BUCKETS: usize = 48;
+pub const BUCKETS: usize = 48;
 
 /// Evenly spaced colours between which the ramp is linear.
-pub(super) const STOPS: [Rgb; 8] = [
+pub const STOPS: [Rgb; 8] = [
     Rgb([0xfc, 0xa6, 0x36]),
     Rgb([0xf2, 0x84, 0x4b]),
     Rgb([0xe1, 0x64, 0x62]),
@@ -24,7 +26,7 @@ pub(super) const STOPS: [Rgb; 8] = [
 
 /// A colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rgb([u8; 3]);
+pub struct Rgb([u8; 3]);
 
 impl Display for Rgb {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -35,26 +37,26 @@ impl Display for Rgb {
 
 /// A share of the largest persistence, rounded to one of [`BUCKETS`] steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Bucket(usize);
+pub struct Bucket(usize);
 
 impl Bucket {
     /// All of them, the least persistent first.
-    pub(super) fn all() -> impl Iterator<Item = Self> {
+    pub fn all() -> impl Iterator<Item = Self> {
         (0..BUCKETS).map(Self)
     }
 
     /// Its place among all.
-    pub(super) fn index(self) -> usize {
+    pub fn index(self) -> usize {
         self.0
     }
 
     /// From 0 (on the diagonal) to 1 (the most persistent).
-    pub(super) fn share(self) -> f64 {
+    pub fn share(self) -> f64 {
         self.0 as f64 / (BUCKETS - 1) as f64
     }
 
     /// Its colour.
-    pub(super) fn color(self) -> Rgb {
+    pub fn color(self) -> Rgb {
         let place = self.share() * (STOPS.len() - 1) as f64;
         let left = (place as usize).min(STOPS.len() - 2);
         let share = place - left as f64;
@@ -68,23 +70,23 @@ impl Bucket {
 
 /// Maps persistence to colours.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ramp {
+pub struct Ramp {
     top: f64,
 }
 
 impl Ramp {
     /// The ramp whose dark end is `top`.
-    pub(super) fn new(top: f64) -> Self {
+    pub fn new(top: f64) -> Self {
         Self { top }
     }
 
     /// The persistence at the dark end.
-    pub(super) fn top(&self) -> f64 {
+    pub fn top(&self) -> f64 {
         self.top
     }
 
     /// The bucket of a persistence.
-    pub(super) fn bucket(&self, persistence: f64) -> Bucket {
+    pub fn bucket(&self, persistence: f64) -> Bucket {
         let share = if persistence < self.top { persistence / self.top } else { 1.0 };
         Bucket((share * (BUCKETS - 1) as f64).round() as usize)
     }

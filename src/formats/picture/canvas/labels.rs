@@ -1,8 +1,10 @@
 //! Labels along an edge, moved apart where they would overlap.
 //!
-//! In: labels with the place each of them is about, the most important first. Out: where they go. Invariants: labels
-//! keep the order of their places, do not overlap and stay inside the edge; if there is no room for all, the least
-//! important are left out. Must not know: what is labelled.
+//! In: labels with the place each of them is about, the most important first.
+//! Out: where they go.
+//! Invariants: labels keep the order of their places, do not overlap and stay inside the edge; if there is no room
+//! for all, the least important are left out.
+//! Must not know: what is labelled.
 
 use super::page::{Anchor, Page, Type, text_width};
 
@@ -12,30 +14,30 @@ const NEAR: f64 = 3.0;
 
 /// A label.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Label {
+pub struct Label {
     /// What it is about: a place along the edge.
-    pub(super) about: f64,
-    pub(super) text: String,
-    pub(super) color: &'static str,
+    pub about: f64,
+    pub text: String,
+    pub color: &'static str,
 }
 
 /// A row of labels along a horizontal edge.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row {
+pub struct Row {
     /// Where along the edge labels may be.
-    pub(super) from: f64,
-    pub(super) to: f64,
+    pub from: f64,
+    pub to: f64,
     /// Height of the edge that lines come from.
-    pub(super) edge: f64,
+    pub edge: f64,
     /// Height at which lines end.
-    pub(super) reach: f64,
+    pub reach: f64,
     /// Height of the texts' base line.
-    pub(super) base: f64,
+    pub base: f64,
 }
 
 impl Row {
     /// Draws what there is room for.
-    pub(super) fn draw(self, page: &mut Page, labels: Vec<Label>) {
+    pub fn draw(self, page: &mut Page, labels: Vec<Label>) {
         for (label, x) in spread(labels, self.from, self.to) {
             if (x - label.about).abs() > NEAR {
                 let style = format_args!("stroke=\"{}\" stroke-width=\".75\"", label.color);
@@ -68,7 +70,7 @@ fn spread(mut labels: Vec<Label>, from: f64, to: f64) -> Vec<(Label, f64)> {
 }
 
 /// How much of an edge a label needs.
-pub(super) fn room(label: &Label) -> f64 {
+pub fn room(label: &Label) -> f64 {
     text_width(&label.text) + SPACE
 }
 

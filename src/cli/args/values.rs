@@ -1,0 +1,130 @@
+//! The small languages of values: scales, windows, durations, numbers of bytes.
+//!
+//! In: words of the command line.
+//! Out: values, or what they may be.
+//! Invariants: a value that the core could not use is refused here.
+//! Must not know: options.
+
+use std::num::NonZeroU64;
+
+use hopes::scene::{Kind, UnknownScene};
+use hopes::topology::Window;
+
+/// A rate or a speed: a positive number.
+pub fn rate(word: &str) -> Result<f64, String> {
+    positive(word, "rate")
+}
+
+/// A scale: a number, not negative.
+pub fn scale(word: &str) -> Result<f64, String> {
+    let value = number(word)?;
+    if value >= 0.0 { Ok(value) } else { Err(format!("{value} is negative: a scale is a radius")) }
+}
+
+/// The step of a grid: a positive number.
+pub fn resolution(word: &str) -> Result<f64, String> {
+    positive(word, "step of a grid")
+}
+
+/// A window: `all`, `points:N`, `frames:N` or `time:T`.
+pub fn window(word: &str) -> Result<Window, String> {
+    let (kind, length) = word.split_once(':').unwrap_or((word, ""));
+    let count = || length.parse::<NonZeroU64>().map_err(|_| format!("{length:?} is not a number of {kind}, from 1"));
+    match (kind, length) {
+        ("all", "") => Ok(Window::All),
+        ("points", _) => count().map(Window::Points),
+        ("frames", _) => count().map(Window::Frames),
+        ("time", _) => positive(length, "length of time").map(Window::Time),
+        _ => Err("a window is all, points:N, frames:N or time:T".to_owned()),
+    }
+}
+
+/// A length of real time, such as `100ms` or `2s`; not zero.
+pub fn duration(word: &str) -> Result<std::time::Duration, String> {
+    let duration = humantime::parse_duration(word).map_err(|error| format!("{error}: write it as 100ms or 2s"))?;
+    if duration.is_zero() { Err("a frame must take some time".to_owned()) } else { Ok(duration) }
+}
+
+/// An address of the page.
+pub fn host_and_port(word: &str) -> Result<String, String> {
+    let is_address = word.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
+    let is_whole = is_address && !word.contains('/');
+    is_whole.then(|| word.to_owned()).ok_or_else(|| format!("{word:?} is no HOST:PORT, such as 127.0.0.1:8080"))
+}
+
+/// A scene, by its name.
+pub fn scene(word: &str) -> Result<Kind, String> {
+    word.parse().map_err(|error: UnknownScene| error.to_string())
+}
+
+fn positive(word: &str, what: &str) -> Result<f64, String> {
+    let value = number(word)?;
+    if value > 0.0 { Ok(value) } else { Err(format!("{value} is not a {what}: it must be above 0")) }
+}
+
+/// A finite number.
+pub fn number(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("{word:?} is not a finite number")),
+    }
+}
+
+/// A number of bytes: `4096`, `64KiB`, `512MiB`, `4GiB`.
+pub fn bytes(word: &str) -> Result<u64, String> {
+    let digits = word.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+    let unit: u64 = match &word[digits.len()..] {
+        "" | "B" => 1,
+        "KiB" => 1 << 10,
+        "MiB" => 1 << 20,
+        "GiB" => 1 << 30,
+        unit => return Err(format!("{unit:?} is no unit: there are KiB, MiB, GiB")),
+    };
+    let number = digits.parse::<u64>().ok().and_then(|number| number.checked_mul(unit)).filter(|bytes| *bytes > 0);
+    number.ok_or_else(|| format!("{word:?} is not a number of bytes: write 512MiB"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_read() {
+        assert_eq!(window("all"), Ok(Window::All));
+        assert_eq!(window("points:10"), Ok(Window::Points(NonZeroU64::new(10).unwrap())));
+        assert_eq!(window("frames:1"), Ok(Window::Frames(NonZeroU64::MIN)));
+        assert_eq!(window("time:2.5"), Ok(Window::Time(2.5)));
+    }
+
+    #[test]
+    fn bad_windows_say_what_they_may_be() {
+        for (word, says) in [
+            ("", "a window is all"),
+            ("all:3", "a window is all"),
+            ("points:0", "\"0\" is not a number of points, from 1"),
+            ("points", "\"\" is not a number of points"),
+            ("frames:-1", "\"-1\" is not a number of frames"),
+            ("time:0", "0 is not a length of time"),
+            ("time:inf", "\"inf\" is not a finite number"),
+        ] {
+            let error = window(word).unwrap_err();
+            assert!(error.contains(says), "{word}: {error}");
+        }
+    }
+
+    #[test]
+    fn scales_and_steps_have_a_sign() {
+        assert_eq!(scale("0"), Ok(0.0));
+        assert!(scale("-1").is_err() && scale("nan").is_err());
+        assert!(resolution("0").is_err() && resolution("0.5") == Ok(0.5));
+        assert!(duration("0s").is_err() && duration("20ms").is_ok());
+    }
+
+    #[test]
+    fn bytes_have_units() {
+        assert_eq!((bytes("4096"), bytes("64KiB"), bytes("2GiB")), (Ok(4096), Ok(65536), Ok(2 << 30)));
+        for word in ["", "0", "-1", "1.5MiB", "3 MB", "99999999999GiB"] {
+            assert!(bytes(word).is_err(), "{word}");
+        }
+    }
+}

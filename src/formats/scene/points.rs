@@ -1,0 +1,42 @@
+//! The points of a scene, in the forms that `serve` and `feed` read.
+//!
+//! In: frames.
+//! Out: whole clouds as text, or changes as JSON lines or messages of the protocol.
+//! Invariants: the points that go are written before those that come.
+//! Must not know: scenes, truth, how points are written.
+
+use std::io::{self, Write};
+
+use hopes::scene::Frame;
+
+use crate::formats::point_writer::{PointForm, PointWriter};
+
+/// Writes points.
+pub struct ScenePoints<W> {
+    writer: PointWriter<W>,
+    /// Whether a frame has only what changes; text has no way to take points back.
+    has_changes: bool,
+}
+
+impl<W: Write> ScenePoints<W> {
+    /// Begins.
+    pub fn new(form: PointForm, sink: W) -> io::Result<Self> {
+        Ok(Self { writer: PointWriter::new(form, sink)?, has_changes: form != PointForm::Text })
+    }
+
+    /// Writes a frame, and closes it.
+    pub fn write(&mut self, frame: &Frame) -> io::Result<()> {
+        if self.has_changes {
+            self.writer.retract(&frame.gone)?;
+            self.writer.add(&frame.come)?;
+        } else {
+            self.writer.add(&frame.points)?;
+        }
+        self.writer.commit(Some(frame.time))
+    }
+
+    /// Flushes all that was written.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}
