@@ -85,7 +85,8 @@ fn subcommands() -> Vec<String> {
     names.filter_map(|line| line.split(' ').next()).filter(|&name| name != "help").map(str::to_owned).collect()
 }
 
-/// Lines below `Examples:`, without what is said of them after three blanks. A line that ends in `|` goes on in the next.
+/// Lines below `Examples:`, without what is said of them after three blanks. A line that ends in `|` goes on in the
+/// next.
 fn of_help(command: &str, help: &str) -> Vec<(String, String)> {
     let lines = help.lines().skip_while(|line| !line.starts_with("Example")).skip(1);
     let mut examples: Vec<(String, String)> = Vec::new();

@@ -1,8 +1,9 @@
 //! The README's commands as a reader runs them: first commands, recipes and Python, each run against the built program.
 //!
 //! In: README.md. Out: whether each command ends well and prints what is expected of it.
-//! Invariants: a command of the README without an entry here fails the test; what the README shows as output is what the
-//! program prints; the stand-ins of other programs (`ffmpeg`, `lidar`) refuse arguments that the real ones would not take.
+//! Invariants: a command of the README without an entry here fails the test; what the README shows as output is what
+//! the program prints; the stand-ins of other programs (`ffmpeg`, `lidar`) refuse arguments that the real ones would
+//! not take.
 //! Must not know: how the program works.
 
 mod common;
@@ -58,7 +59,8 @@ fn on_the_usual_port(text: &str) -> String {
     format!("{before}http://127.0.0.1:8080{}", after.trim_start_matches(|mark: char| mark.is_ascii_digit()))
 }
 
-/// Whether all lines that are shown are printed, in that order. `...` stands for any lines; the demo's lines are a choice.
+/// Whether all lines that are shown are printed, in that order. `...` stands for any lines; the demo's lines are a
+/// choice.
 fn shows(printed: &str, shown: &str) {
     let mut lines = printed.lines();
     for line in shown.lines().filter(|line| *line != "...") {

@@ -3,8 +3,8 @@
 //! In: form, density and noise; for every frame a [`Pose`]. Out: the visible points.
 //!
 //! Invariants: the wall is divided into pieces of equal length. Each has one point at a random position, so the density
-//! stays the same however many points are drawn again. A point that is not drawn again keeps its position on the wall and
-//! its noise, and moves with the wall.
+//! stays the same however many points are drawn again. A point that is not drawn again keeps its position on the wall
+//! and its noise, and moves with the wall.
 //!
 //! Must not know: other walls, holes, time.
 

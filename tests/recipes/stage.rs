@@ -2,11 +2,12 @@
 //!
 //! In: commands for bash, as the README has them. Out: what they print, how they end.
 //!
-//! `hopes` is the built program behind a small script, which notes its process and its exit code. Programs and files that a
-//! test machine does not have are stand-ins. What is fixed in the README and shared by the machine is replaced: the port
-//! 127.0.0.1:8080 by a free one, /tmp/hopes.sock by a socket in the folder.
+//! `hopes` is the built program behind a small script, which notes its process and its exit code. Programs and files
+//! that a test machine does not have are stand-ins. What is fixed in the README and shared by the machine is replaced:
+//! the port 127.0.0.1:8080 by a free one, /tmp/hopes.sock by a socket in the folder.
 //!
-//! Invariants: nothing is awaited without a deadline; no process outlives its job. Must not know: what commands are for.
+//! Invariants: nothing is awaited without a deadline; no process outlives its job. Must not know: what commands are
+//! for.
 
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read, Write};
