@@ -1,8 +1,9 @@
 //! The program `hopes`: points in at one end, the skeleton's changes out at the other.
 //!
-//! In: arguments. Out: an exit code: 0 done (also for a closed pipe and after a first signal), 1 failed, 2 wrong usage,
-//! 3 input refused under `--strict`. Stdout carries data, stderr carries logs. Must not know: geometry; what a
-//! subcommand does.
+//! In: arguments.
+//! Out: an exit code: 0 done (also for a closed pipe and after a first signal), 1 failed, 2 wrong usage, 3 input
+//! refused under `--strict`. Stdout carries data, stderr carries logs.
+//! Must not know: geometry; what a subcommand does.
 
 mod cli;
 mod client;

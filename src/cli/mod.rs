@@ -5,6 +5,8 @@
 //! Invariants: every option that takes a scale takes a radius; every help text has an example.
 //! Must not know: how frames are computed.
 
+#![allow(rustdoc::broken_intra_doc_links, reason = "help texts show points as [x,y]")]
+
 mod args;
 mod compute;
 mod demo;

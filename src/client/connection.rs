@@ -1,10 +1,11 @@
 //! A client of a daemon: one connection, from the banner to the end, over a Unix socket or TCP.
 //!
-//! In: an address; messages to send. Out: messages received. Two halves, so that one thread can send while another one
-//! receives. Invariants: nothing waits for ever: connecting, greeting, receiving and sending fail when the daemon is
-//! silent for too long. Pings are answered here, and sent when the daemon is silent. A frame has at most
-//! [`LARGEST_FRAME`] bytes, and memory grows only with bytes that have come. Must not know: what the messages are
-//! about.
+//! In: an address; messages to send.
+//! Out: messages received. Two halves, so that one thread can send while another one receives.
+//! Invariants: nothing waits for ever: connecting, greeting, receiving and sending fail when the daemon is silent
+//! for too long. Pings are answered here, and sent when the daemon is silent. A frame has at most [`LARGEST_FRAME`]
+//! bytes, and memory grows only with bytes that have come.
+//! Must not know: what the messages are about.
 
 use std::io::{self, Read, Write};
 use std::net::ToSocketAddrs;
@@ -25,7 +26,7 @@ pub const SOFTWARE: &str = concat!("hopes ", env!("CARGO_PKG_VERSION"));
 const MOMENT: Duration = Duration::from_millis(50);
 
 /// No daemon is given less time than this, whatever it announces.
-const LEAST_PATIENCE: Duration = Duration::from_millis(200);
+const LEAST_TIMEOUT: Duration = Duration::from_millis(200);
 
 /// How long the daemon's last bytes are waited for after a goodbye.
 const PARTING: Duration = Duration::from_millis(300);
@@ -113,8 +114,8 @@ impl Client {
         let welcome = greeting.hello(version, software)?;
         let incoming = greeting.incoming;
         incoming.socket.set_write_timeout(Some(MOMENT)).map_err(unreached)?;
-        let patience = Duration::from_millis(welcome.timeout_ms.into()).max(LEAST_PATIENCE);
-        let link = Arc::new(Link::new(address.clone(), version, patience, sent));
+        let timeout = Duration::from_millis(welcome.timeout_ms.into()).max(LEAST_TIMEOUT);
+        let link = Arc::new(Link::new(address.clone(), version, timeout, sent));
         let receiving = Receiving { link: Arc::clone(&link), incoming, has_pinged: false, pings: 0 };
         Ok(Self { welcome, sending: Sending(link), receiving })
     }
@@ -256,7 +257,7 @@ impl Receiving {
     /// [`ClientError`].
     pub fn receive(&mut self) -> Result<Option<(u32, Message)>, ClientError> {
         loop {
-            match self.receive_until(Instant::now() + self.link.patience)? {
+            match self.receive_until(Instant::now() + self.link.timeout)? {
                 Received::Message(channel, message) => return Ok(Some((channel, message))),
                 Received::Nothing => {}
                 Received::End => return Ok(None),
@@ -280,7 +281,7 @@ impl Receiving {
         loop {
             while let Some((channel, message)) = self.incoming.message(&self.link.address)? {
                 match message {
-                    Message::Ping(Ping { token }) => self.owe(Pong { token }),
+                    Message::Ping(Ping { token }) => self.send_control(Pong { token }),
                     Message::Pong(_) => {}
                     message => return Ok(Received::Message(channel, message)),
                 }
@@ -291,28 +292,28 @@ impl Receiving {
             match self.incoming.read(&self.link.address)? {
                 Arrived::End => return Ok(Received::End),
                 Arrived::Bytes => {
-                    self.link.hear();
+                    self.link.note_received();
                     self.has_pinged = false;
                 }
-                Arrived::Nothing => self.expect_life()?,
+                Arrived::Nothing => self.check_alive()?,
             }
             // If this fails, so will the next read.
-            drop(self.link.pay_if_free());
+            drop(self.link.write_control_if_free());
         }
     }
 
     /// If this cannot be sent, the connection is lost. That is reported by the next read, after all messages that the
     /// daemon has sent before.
-    fn owe(&self, message: impl Into<Message>) {
-        drop(self.link.owe(message.into()));
+    fn send_control(&self, message: impl Into<Message>) {
+        drop(self.link.send_control(message.into()));
     }
 
-    fn expect_life(&mut self) -> Result<(), ClientError> {
-        self.link.expect_life()?;
-        if !self.has_pinged && self.link.silence() > self.link.patience / 2 {
+    fn check_alive(&mut self) -> Result<(), ClientError> {
+        self.link.check_alive()?;
+        if !self.has_pinged && self.link.silence() > self.link.timeout / 2 {
             self.has_pinged = true;
             self.pings += 1;
-            self.owe(Ping { token: self.pings });
+            self.send_control(Ping { token: self.pings });
         }
         Ok(())
     }

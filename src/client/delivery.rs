@@ -261,7 +261,7 @@ impl Sender<'_> {
             }
         }
         if let Some(signal) = self.stop.asked() {
-            tracing::info!("{signal}: finishing what is in hand");
+            tracing::info!("{signal}: finishing the open frame");
         }
         if self.is_open { self.commit(None) } else { Ok(()) }
     }

@@ -2,9 +2,9 @@
 //!
 //! In: messages.
 //! Out: their bytes, in whole frames, one after the other.
-//! Invariants: the receiving half never waits for the sending half. It leaves its pings and pongs to the sender if that
-//! one is writing or the socket takes no bytes; else both sides of a connection could wait for each other for ever. A
-//! sender that gets no byte through fails once the daemon has been silent for too long.
+//! Invariants: the receiving half never waits for the sending half. It leaves its pings and pongs to the sender if
+//! that one is writing or the socket takes no bytes; else both sides of a connection could wait for each other for
+//! ever. A sender that gets no byte through fails once the daemon has been silent for too long.
 //! Must not know: what messages mean.
 
 use std::collections::VecDeque;
@@ -22,7 +22,7 @@ use crate::daemon::Address;
 
 /// Pings and pongs that may wait to be sent. Of more, the oldest are dropped, which only a daemon that sends pings
 /// without end will notice.
-const OWED: usize = 64;
+const CONTROL: usize = 64;
 
 /// A connection as its two halves see it.
 #[derive(Debug)]
@@ -30,13 +30,13 @@ pub struct Link {
     pub address: Address,
     version: u16,
     /// How long the daemon may be silent.
-    pub patience: Duration,
+    pub timeout: Duration,
     begun: Instant,
     /// When bytes of the daemon last came, in milliseconds after the beginning.
-    heard: AtomicU64,
+    received: AtomicU64,
     is_closed: AtomicBool,
     outgoing: Mutex<Outgoing>,
-    owed: Mutex<VecDeque<Message>>,
+    control: Mutex<VecDeque<Message>>,
 }
 
 #[derive(Debug)]
@@ -48,20 +48,20 @@ struct Outgoing {
 }
 
 impl Link {
-    pub fn new(address: Address, version: u16, patience: Duration, socket: Socket) -> Self {
+    pub fn new(address: Address, version: u16, timeout: Duration, socket: Socket) -> Self {
         Self {
             address,
             version,
-            patience,
+            timeout,
             begun: Instant::now(),
-            heard: AtomicU64::new(0),
+            received: AtomicU64::new(0),
             is_closed: AtomicBool::new(false),
             outgoing: Mutex::new(Outgoing { socket, backlog: Vec::new() }),
-            owed: Mutex::default(),
+            control: Mutex::default(),
         }
     }
 
-    /// Sends a message, and what is owed.
+    /// Sends a message, and pings and pongs that wait.
     pub fn send(&self, channel: u32, message: &Message) -> Result<(), ClientError> {
         if message.since() > self.version {
             let (spoken, needed) = (self.version, message.since());
@@ -72,40 +72,40 @@ impl Link {
         outgoing.backlog.extend(frame);
         while !outgoing.backlog.is_empty() {
             self.write_some(&mut outgoing)?;
-            self.expect_life()?;
+            self.check_alive()?;
         }
-        self.pay(&mut outgoing)
+        self.write_control(&mut outgoing)
     }
 
     /// Sends a ping or a pong if that needs no waiting for the other half; else leaves it to that.
-    pub fn owe(&self, message: Message) -> Result<(), ClientError> {
-        let mut owed = self.owed();
-        if owed.len() == OWED {
-            owed.pop_front();
+    pub fn send_control(&self, message: Message) -> Result<(), ClientError> {
+        let mut control = self.control();
+        if control.len() == CONTROL {
+            control.pop_front();
         }
-        owed.push_back(message);
-        drop(owed);
-        self.pay_if_free()
+        control.push_back(message);
+        drop(control);
+        self.write_control_if_free()
     }
 
-    /// Sends what is owed, as [`owe`](Self::owe) does.
-    pub fn pay_if_free(&self) -> Result<(), ClientError> {
+    /// Sends pings and pongs that wait, as [`send_control`](Self::send_control) does.
+    pub fn write_control_if_free(&self) -> Result<(), ClientError> {
         let mut outgoing = match self.outgoing.try_lock() {
             Ok(outgoing) => outgoing,
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
             Err(TryLockError::WouldBlock) => return Ok(()),
         };
-        self.pay(&mut outgoing)
+        self.write_control(&mut outgoing)
     }
 
     /// Bytes of the daemon have come.
-    pub fn hear(&self) {
-        self.heard.store(self.begun.elapsed().as_millis() as u64, Relaxed);
+    pub fn note_received(&self) {
+        self.received.store(self.begun.elapsed().as_millis() as u64, Relaxed);
     }
 
     /// How long none have come.
     pub fn silence(&self) -> Duration {
-        self.begun.elapsed().saturating_sub(Duration::from_millis(self.heard.load(Relaxed)))
+        self.begun.elapsed().saturating_sub(Duration::from_millis(self.received.load(Relaxed)))
     }
 
     /// Nothing more can come: the sending half need not wait.
@@ -122,23 +122,23 @@ impl Link {
 
     /// # Errors
     /// [`ClientError::Silent`], and [`ClientError::Closed`] after [`close`](Self::close).
-    pub fn expect_life(&self) -> Result<(), ClientError> {
+    pub fn check_alive(&self) -> Result<(), ClientError> {
         let address = || self.address.clone();
         if self.is_closed.load(Relaxed) {
             return Err(ClientError::Closed { address: address(), when: "while something was being sent" });
         }
         match self.silence() {
-            silence if silence > self.patience => {
-                Err(ClientError::Silent { address: address(), seconds: self.patience.as_secs_f64() })
+            silence if silence > self.timeout => {
+                Err(ClientError::Silent { address: address(), seconds: self.timeout.as_secs_f64() })
             }
             _ => Ok(()),
         }
     }
 
-    fn pay(&self, outgoing: &mut Outgoing) -> Result<(), ClientError> {
-        // Only if all before was written: both what is owed and the backlog are bounded then.
+    fn write_control(&self, outgoing: &mut Outgoing) -> Result<(), ClientError> {
+        // Only if all before was written: both pings and pongs that wait and the backlog are bounded then.
         if outgoing.backlog.is_empty() {
-            for message in self.owed().drain(..) {
+            for message in self.control().drain(..) {
                 outgoing.backlog.extend(self.frame(0, &message)?);
             }
         }
@@ -163,8 +163,8 @@ impl Link {
             .map_err(|source| ClientError::TooLong { address: self.address.clone(), source })
     }
 
-    fn owed(&self) -> MutexGuard<'_, VecDeque<Message>> {
-        self.owed.lock().unwrap_or_else(PoisonError::into_inner)
+    fn control(&self) -> MutexGuard<'_, VecDeque<Message>> {
+        self.control.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_announced_is_not_believed() {
+    fn streams_that_were_not_announced_are_refused() {
         let mut mirrors = Mirrors::default();
         assert!(matches!(mirrors.take(&empty(1, 1)), Err(MirrorsError::NotOpened { stream: 1 })));
         assert_eq!(mirrors.take_recorded(&empty(1, 1)).unwrap(), Taken::Frame);

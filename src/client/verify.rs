@@ -1,4 +1,5 @@
-//! Verification of a frame: the cloud of a mirror is computed from scratch, and compared with what the mirror shows.
+//! Verification of a frame: the cloud of a mirror is computed from scratch, and compared with what the mirror
+//! shows.
 //!
 //! In: a mirror.
 //! Out: the first difference, if there is one.

@@ -2,8 +2,8 @@
 //!
 //! In: the heads of columns, rows of cells.
 //! Out: a line a row.
-//! Invariants: words stand at the left, numbers at the right. No blanks follow the last cell of a line. Rows are made
-//! twice and never kept, so memory does not grow with them.
+//! Invariants: words stand at the left, numbers at the right. No blanks follow the last cell of a line. Rows are
+//! made twice and never kept, so memory does not grow with them.
 //! Must not know: what cells say.
 
 use std::io::{self, Write};

@@ -20,7 +20,7 @@ pub enum PointForm {
     /// x,y a line, and a blank line at the end of a frame.
     #[default]
     Text,
-    /// JSON lines: {"points":[[x,y],...]}, and {"commit":true,"time":t} at the end of a frame.
+    /// JSON lines: `{"points":[[x,y],...]}`, and `{"commit":true,"time":t}` at the end of a frame.
     Jsonl,
     /// Messages of the protocol: Batch and Commit.
     Bin,

@@ -2,9 +2,9 @@
 //!
 //! In: any [`Read`], or messages.
 //! Out: messages with the place where each began; bytes for any [`Write`].
-//! Invariants: a file that was cut off gives all whole frames before the cut, and the place of the cut. A damaged one
-//! gives an error with its place. Memory grows with the bytes that are there, never with a length that they announce.
-//! Only whole frames are written.
+//! Invariants: a file that was cut off gives all whole frames before the cut, and the place of the cut. A damaged
+//! one gives an error with its place. Memory grows with the bytes that are there, never with a length that they
+//! announce. Only whole frames are written.
 //! Must not know: what becomes of the messages.
 
 use std::io::{self, Read, Write};

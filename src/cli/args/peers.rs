@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dots_and_names_say_what_they_may_be() {
+    fn dots_and_names_are_checked() {
         assert_eq!((dots("all"), dots("3")), (Ok(wire::DotsWanted::All), Ok(wire::DotsWanted::Top(3))));
         assert!(dots("0").is_err() && dots("some").is_err());
         assert!(name("a b").is_ok() && name("a*").is_err() && name("").is_err() && name("a\nb").is_err());

@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_windows_say_what_they_may_be() {
+    fn bad_windows_are_refused_with_the_choices() {
         for (word, says) in [
             ("", "a window is all"),
             ("all:3", "a window is all"),

@@ -5,9 +5,9 @@
 //! Invariants: Exif that makes no sense turns nothing.
 //! Must not know: where Exif stands in files.
 //!
-//! The one entry is read here, in twenty lines, and not by the crate `kamadak-exif`: that one parses all entries of all
-//! directories into values, and refuses them for one that is damaged; here one number of one type is needed, and other
-//! entries need not make sense.
+//! The one entry is read here, in twenty lines, and not by the crate `kamadak-exif`: that one parses all entries of
+//! all directories into values, and refuses them for one that is damaged; here one number of one type is needed,
+//! and other entries need not make sense.
 
 use super::image::GrayImage;
 

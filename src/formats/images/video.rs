@@ -3,7 +3,7 @@
 //! In: bytes.
 //! Out: gray frames, one after the other.
 //! Invariants: memory grows with the bytes that have come, never with a size that is announced. A frame has at most
-//! [`MOST_PIXELS`](hopes::edges::MOST_PIXELS). Luma from 16 to 235 is stretched to 0 to 255, as OpenCV does when it
+//! [`MOST_PIXELS`]. Luma from 16 to 235 is stretched to 0 to 255, as OpenCV does when it
 //! reads video. A frame that is cut off is refused.
 //! Must not know: what is looked for in frames.
 //!

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_and_names_are_told_apart() {
+    fn columns_are_numbers_or_names() {
         let cases = [
             ("1,2", Column::Place(0), Column::Place(1), None),
             (" 3 , 4 ", Column::Place(2), Column::Place(3), None),
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_malformed_is_refused() {
+    fn malformed_columns_are_refused() {
         let number = |number: &str| ColumnsError::NotAColumn { number: number.to_owned() };
         let cases = [
             ("", ColumnsError::Count { found: 1 }),

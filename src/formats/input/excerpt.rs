@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_printed_is_escaped() {
+    fn unprintable_characters_are_escaped() {
         assert_eq!(shown(b"a\r\tb\"\x1b"), r#""a\r\tb\"\u{1b}""#);
         assert_eq!(shown(b"\xff\x00"), r#""\xff\0""#);
     }

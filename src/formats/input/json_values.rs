@@ -137,7 +137,7 @@ pub(super) fn a_string<'de, E: Error>(expected: &impl Visitor<'de>) -> E {
     E::invalid_type(Unexpected::Other("string"), expected)
 }
 
-/// The name of a member, if it is one of ours.
+/// The name of a member, if a form of line has it.
 pub(super) struct Name(pub(super) Option<Member>);
 
 impl<'de> Deserialize<'de> for Name {

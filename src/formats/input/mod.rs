@@ -9,10 +9,11 @@
 //! Must not know: what is done with the points. It does not refuse `nan`, close frames, count bad lines or print.
 //!
 //! Tables are read here and not by the crate `csv`: the separator (comma, semicolon, tab, blanks) is decided by the
-//! first lines and may be any run of blanks; a bad field is reported with its line, its column and what would help, and
-//! the rest of the file goes on; numbers are parsed from the bytes in place, without a record of strings in between.
-//! JSON lines are parsed by `serde_json`, numbers included (its feature `float_roundtrip` gives the nearest double);
-//! only the visitors are ours, so that points go straight into the caller's buffer and errors quote no long string.
+//! first lines and may be any run of blanks; a bad field is reported with its line, its column and what would help,
+//! and the rest of the file goes on; numbers are parsed from the bytes in place, without a record of strings in
+//! between. JSON lines are parsed by `serde_json`, numbers included (its feature `float_roundtrip` gives the
+//! nearest double); only the visitors are ours, so that points go straight into the caller's buffer and errors
+//! quote no long string.
 //!
 //! Layers, each knowing only those before it: `excerpt` and `error` (how to say what is wrong), `format` and
 //! `columns` (what to expect), `lines` (bytes to lines), `separator` and `text` (a table's line to numbers),

@@ -85,7 +85,7 @@ fn numbers_are_all_that_a_float_can_be() {
 }
 
 #[test]
-fn blank_lines_are_told_from_comments_and_headers() {
+fn blank_lines_differ_from_comments_and_headers() {
     let input = "\u{feff}# made by hand\n\nx,y\n1,2\n  # more\n \t\r\n3,4 # last\n#\n";
     assert_eq!(table(input), ["blank", "+(1,2)", "blank", "+(3,4)"]);
     assert_eq!(table("\u{feff}1,2"), ["+(1,2)"]);
@@ -178,7 +178,7 @@ fn a_decimal_comma_never_makes_two_columns() {
 }
 
 #[test]
-fn what_is_not_text_is_one_bad_line() {
+fn bytes_that_are_no_text_are_one_bad_line() {
     let message = "line 2, byte 3: not UTF-8 text: convert the input to UTF-8";
     assert_eq!(table(b"1,2\n3,\xff4\n5,6"), ["+(1,2)", message, "+(5,6)"]);
     assert_eq!(json(b"[1,2]\n [\xff4]\n[5,6]"), ["+(1,2)", message, "+(5,6)"]);

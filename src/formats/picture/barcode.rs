@@ -1,8 +1,10 @@
 //! Lives as bars: when things were there, how strong they were, which came of which.
 //!
-//! In: bars from top to bottom, links between them. Out: an SVG document. Invariants: the same input gives the same
-//! bytes. The size of the document is bounded by bars, stretches and links. It needs no other file, and has a ground of
-//! its own, so it shows on light and dark pages alike. Must not know: tracks, streams, why bars stand as they do.
+//! In: bars from top to bottom, links between them.
+//! Out: an SVG document.
+//! Invariants: the same input gives the same bytes. The size of the document is bounded by bars, stretches and
+//! links. It needs no other file, and has a ground of its own, so it shows on light and dark pages alike.
+//! Must not know: tracks, streams, why bars stand as they do.
 
 use super::canvas::axis::Axis;
 use super::canvas::layout::Rect;

@@ -1,19 +1,20 @@
 //! Pictures: a cloud's skeleton beside its persistence diagram, as SVG or PNG; lives as bars, as SVG.
 //!
-//! In: a skeleton, a view of it, perhaps the view's simplified form; or bars. Out: a document. That of a skeleton has
-//! two panels: the left one has the cloud, the tree, the critical edges and the holes that they enclose, the right one
-//! the diagram with the gaps that chose them. Invariants: the same input gives the same bytes. The size of a document
-//! is bounded by its pixels, not by the cloud. It needs no other file. Must not know: where it is written to, streams,
-//! frames.
+//! In: a skeleton, a view of it, perhaps the view's simplified form; or bars.
+//! Out: a document. That of a skeleton has two panels: the left one has the cloud, the tree, the critical edges and
+//! the holes that they enclose, the right one the diagram with the gaps that chose them.
+//! Invariants: the same input gives the same bytes. The size of a document is bounded by its pixels, not by the
+//! cloud. It needs no other file.
+//! Must not know: where it is written to, streams, frames.
 //!
-//! Charts are drawn here and not by a crate such as `plotters`: those write one shape a point, so a picture grows with
-//! the cloud (here marks on the same pixel are one, and a million points give two megabytes); their bytes may change
-//! with every release of theirs; and diagonal strips of gaps, labels that keep clear of each other and hints of single
-//! dots would have to be drawn by hand all the same.
+//! Charts are drawn here and not by a crate such as `plotters`: those write one shape a point, so a picture grows
+//! with the cloud (here marks on the same pixel are one, and a million points give two megabytes); their bytes may
+//! change with every release of theirs; and diagonal strips of gaps, labels that keep clear of each other and hints
+//! of single dots would have to be drawn by hand all the same.
 //!
-//! Data flows from the `scene` to the page: `plane`, `diagram` (with `scale` and `strips`) and `legend` draw, `words`
-//! has the texts, all of it on the `canvas`; `raster` makes pixels of it (feature `png`). `barcode`, which draws lives,
-//! needs no scene.
+//! Data flows from the `scene` to the page: `plane`, `diagram` (with `scale` and `strips`) and `legend` draw,
+//! `words` has the texts, all of it on the `canvas`; `raster` makes pixels of it (feature `png`). `barcode`, which
+//! draws lives, needs no scene.
 
 mod barcode;
 mod canvas;

@@ -1,7 +1,7 @@
 //! What the picture says in words.
 //!
 //! In: a [`Scene`], a name.
-//! Out: headline, facts, a description for those who cannot see it.
+//! Out: headline, facts, a description for screen readers.
 //! Invariants: one line each.
 //! Must not know: shapes.
 

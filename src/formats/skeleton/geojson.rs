@@ -1,9 +1,9 @@
 //! The view as GeoJSON (RFC 7946), for maps and for all programs that read features.
 //!
 //! In: an [`Answer`].
-//! Out: a FeatureCollection: the vertices as one MultiPoint; the tree as one MultiLineString; every critical edge as a
-//! LineString and its hole's centre as a Point, both with the label; the simplified view, if asked for, as one more
-//! MultiLineString.
+//! Out: a FeatureCollection: the vertices as one MultiPoint; the tree as one MultiLineString; every critical edge
+//! as a LineString and its hole's centre as a Point, both with the label; the simplified view, if asked for, as one
+//! more MultiLineString.
 //! Invariants: coordinates are written as they are. For a map they must be longitudes and latitudes.
 //! Must not know: files.
 

@@ -1,8 +1,10 @@
 //! The JSON answer of `compute`; its keys stand in `hopes compute --help`.
 //!
-//! In: an [`Answer`]. Out: one JSON object on one line. Invariants: lists are written piece by piece, never held as a
-//! whole; their pieces are made on all cores. The bytes do not depend on the number of cores. Numbers that are not
-//! finite are null. Must not know: files.
+//! In: an [`Answer`].
+//! Out: one JSON object on one line.
+//! Invariants: lists are written piece by piece, never held as a whole; their pieces are made on all cores. The
+//! bytes do not depend on the number of cores. Numbers that are not finite are null.
+//! Must not know: files.
 
 use std::io::{self, Write};
 
@@ -165,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_null() {
+    fn numbers_that_are_not_finite_are_null() {
         assert_eq!(number(f64::INFINITY).to_string(), "null");
         assert_eq!(number(2.5).to_string(), "2.5");
     }

@@ -1,7 +1,9 @@
 //! The lives of tracks as a barcode.
 //!
-//! In: lives, how many bars there may be, which axis. Out: a [`Barcode`]. Invariants: the most persistent tracks are
-//! shown, of equals the first ones. The picture says how many are left out. A link is drawn if both of its tracks are.
+//! In: lives, how many bars there may be, which axis.
+//! Out: a [`Barcode`].
+//! Invariants: the most persistent tracks are shown, of equals the first ones. The picture says how many are left
+//! out. A link is drawn if both of its tracks are.
 //! Must not know: pixels.
 
 use std::collections::HashMap;

@@ -2,8 +2,8 @@
 //!
 //! In: one line, without its end.
 //! Out: the frame's number, its time and its events, or what is wrong with the line.
-//! Invariants: keys that are not needed are skipped and never kept. An excerpt of the line in a message is short and
-//! printable. A line is good as a whole or refused as a whole.
+//! Invariants: keys that are not needed are skipped and never kept. An excerpt of the line in a message is short
+//! and printable. A line is good as a whole or refused as a whole.
 //! Must not know: other lines, what becomes of the events.
 
 use std::borrow::Cow;
@@ -129,7 +129,7 @@ pub enum Fault {
     /// No stream can be called that.
     #[error("{0} is no name of a stream")]
     Name(Excerpt),
-    /// An event that is not known, or that lacks what it is about.
+    /// An event that is not known, or that lacks the other track.
     #[error("tracks, event {number}: {reason}")]
     Event {
         /// Its place on the line, from 1.
@@ -150,7 +150,7 @@ pub enum Fault {
 /// What is wrong with an event.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum EventFault {
-    /// Not one of ours.
+    /// An unknown event.
     #[error("{0} is none of born, updated, split, merged, unselected, reselected, died")]
     Unknown(Excerpt),
     /// A split or merger without the other track.

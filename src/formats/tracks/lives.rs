@@ -1,10 +1,10 @@
 //! The lives of tracks, from their events.
 //!
 //! In: frames of any number of streams, in the order of each.
-//! Out: streams, and for each track when and how it began and ended, where and when it was most persistent, and when it
-//! was out of the view.
-//! Invariants: memory grows with streams and tracks, not with frames or events. An event that contradicts earlier ones
-//! is left out and reported. A track whose beginning was not read begins with its first event.
+//! Out: streams, and for each track when and how it began and ended, where and when it was most persistent, and
+//! when it was out of the view.
+//! Invariants: memory grows with streams and tracks, not with frames or events. An event that contradicts earlier
+//! ones is left out and reported. A track whose beginning was not read begins with its first event.
 //! Must not know: how frames are written or lives shown.
 
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ pub enum Began {
         /// The other.
         from: u64,
     },
-    /// Before what was read.
+    /// Before the first line that was read.
     Before,
 }
 
@@ -38,7 +38,7 @@ pub enum Ended {
         /// The other.
         into: u64,
     },
-    /// Not within what was read.
+    /// Not before the last line that was read.
     Alive,
 }
 
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn what_began_before_the_first_line_is_taken_from_there() {
+    fn tracks_from_before_the_first_line_begin_there() {
         let (stream, told) =
             lives(&[frame(50, &[event(7, Change::Seen, 1.0)]), frame(51, &[event(8, Change::Died, 1.0)])]);
         assert_eq!(told, []);
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn contradictions_are_told_and_change_nothing() {
+    fn contradictions_are_reported_and_change_nothing() {
         let good = [
             frame(1, &[event(1, Change::Born, 1.0), event(2, Change::Born, 1.0)]),
             frame(2, &[event(2, Change::Died, 1.0)]),

@@ -2,8 +2,8 @@
 //!
 //! In: how many tracks there are, in the order of their beginnings, and links between them.
 //! Out: the tracks from top to bottom.
-//! Invariants: a family (all that links connect) stands together, families in the order of their eldest. The same links
-//! give the same order. It takes no more than n log n, and no recursion.
+//! Invariants: a family (all that links connect) stands together, families in the order of their eldest. The same
+//! links give the same order. It takes no more than n log n, and no recursion.
 //! Must not know: what a track is.
 
 use std::collections::VecDeque;

@@ -1,8 +1,10 @@
 //! The table of tracks, for people, as CSV and as JSON.
 //!
-//! In: lives. Out: a line, or an object, a track; by stream, then by id. Invariants: CSV and JSON have all columns
-//! always, the table for people only those that are not empty. A value that is not known is `-`, empty or null. Only
-//! the present line is kept. Must not know: how lives were read.
+//! In: lives.
+//! Out: a line, or an object, a track; by stream, then by id.
+//! Invariants: CSV and JSON have all columns always, the table for people only those that are not empty. A value
+//! that is not known is `-`, empty or null. Only the present line is kept.
+//! Must not know: how lives were read.
 
 use std::io::{self, Write};
 

@@ -2,8 +2,8 @@
 //!
 //! In: the first and the last value, a length in pixels.
 //! Out: places of values, and round ticks with their labels.
-//! Invariants: the ends are the ends of the axis; a range without length is in its middle. A tick's label is exact to
-//! the step. There are never many ticks.
+//! Invariants: the ends are the ends of the axis; a range without length is in its middle. A tick's label is exact
+//! to the step. There are never many ticks.
 //! Must not know: what is drawn there.
 
 use super::numbers::round_step;

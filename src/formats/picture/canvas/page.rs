@@ -65,7 +65,7 @@ pub struct Page {
 }
 
 impl Page {
-    /// Opens a document; `title` and `description` are for those who cannot see it.
+    /// Opens a document; `title` and `description` are for screen readers.
     pub fn new([width, height]: [f64; 2], title: &str, description: &str) -> Self {
         let mut page = Self { text: String::new() };
         page.put(format_args!(
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_opened_is_closed() {
+    fn groups_are_closed() {
         let mut page = Page::new([10.0, 10.0], "", "");
         let rect = Rect { x: 1.0, y: 2.0, width: 3.0, height: 4.0 };
         page.panel(rect, |page| {
