@@ -24,7 +24,7 @@ use hopes::scene::Kind;
 use super::Failure;
 use super::args::{host_and_port, rate, scene};
 use crate::daemon::{Address, ListenError, Stop};
-use crate::view::{Page, Place};
+use crate::view::{Page, PageAddress};
 use source::DemoSource;
 use stage::Stage;
 
@@ -83,7 +83,7 @@ impl Demo {
     fn page(&self) -> Result<Page, ListenError> {
         let bind = |address: &str| {
             let (address, allow_remote) = (address.to_owned(), self.allow_remote);
-            Page::bind(Place { address, names: Vec::new(), allow_remote })
+            Page::bind(PageAddress { address, names: Vec::new(), allow_remote })
         };
         match &self.address {
             Some(address) => bind(address),

@@ -19,7 +19,7 @@ use crate::daemon::{self, BATCH, Feed, Input, Settings, Sink, Source, Stop, Stre
 use crate::formats::frame_writer::{FrameForm, FrameWriter};
 use crate::formats::input::{Columns, Format};
 use crate::formats::points::{Form, Origin, PointSource};
-use crate::view::{Page, Place};
+use crate::view::{Page, PageAddress};
 
 /// Follow streams of points: from stdin to stdout, one JSON line a frame with what changed, or between sockets.
 ///
@@ -167,7 +167,7 @@ impl Serve {
         let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
         let allow_remote = self.sockets.allow_remote;
         let PageArgs { address, names } = &self.page;
-        let place = |address: &String| Place { address: address.clone(), names: names.clone(), allow_remote };
+        let place = |address: &String| PageAddress { address: address.clone(), names: names.clone(), allow_remote };
         let page = address.as_ref().map(|address| Page::bind(place(address))).transpose()?;
         let stop = Stop::listen().context("cannot listen to signals")?;
         Ok(daemon::run(self.settings(), source, sink, page.map(Page::http), &stop)?)

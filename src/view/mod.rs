@@ -19,4 +19,4 @@ mod routes;
 mod snapshot;
 mod websocket;
 
-pub use listener::{Page, PageAddress as Place};
+pub use listener::{Page, PageAddress};
