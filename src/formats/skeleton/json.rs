@@ -3,10 +3,13 @@
 //! In: an [`Answer`].
 //! Out: one JSON object on one line.
 //! Invariants: lists are written piece by piece, never held as a whole; their pieces are made on all cores. The
-//! bytes do not depend on the number of cores. Numbers that are not finite are null.
+//! bytes do not depend on the number of cores. Numbers that are not finite are null. Its threads end with the call.
 //! Must not know: files.
 
+use std::collections::VecDeque;
 use std::io::{self, Write};
+use std::num::NonZero;
+use std::thread;
 
 use hopes::topology::{Dot, Edge, Margins, ViewSpec};
 use serde::Serialize;
@@ -91,65 +94,45 @@ fn labelled(answer: &Answer, dot: &Dot) -> LabelledDot {
     LabelledDot { birth: dot.birth, death: dot.death, edge: dot.edge, hole }
 }
 
-/// Writes a list. Its pieces are made into text on all cores: a group of them while the group before is written.
+/// Writes a list. Its pieces are made into text on all cores, ahead of the writing by as many pieces as there are cores.
+///
+/// Threads of its own, since starting the pool of `rayon` for this alone costs a twentieth of a small `compute`.
 fn write_list<T: Sync, S: Serialize>(
     out: &mut impl Write,
     items: &[T],
     element: impl Fn(&T) -> S + Sync,
 ) -> io::Result<()> {
-    if items.len() <= PIECE {
-        let mut piece = Piece::default();
-        piece.fill(items, &element);
-        return out.write_all(piece.text()?);
-    }
-    let element = &element;
-    let mut rest = items.chunks(PIECE);
-    // Memory that was written from is used again: fresh memory costs more than the text does.
-    let (mut ready, mut next): (Vec<Piece>, Vec<Piece>) = (Vec::new(), Vec::new());
-    let mut opening = b"[";
-    loop {
-        let group: Vec<&[T]> = rest.by_ref().take(rayon::current_num_threads() + 1).collect();
-        next.resize_with(group.len(), Piece::default);
-        rayon::in_place_scope(|scope| {
-            for (&items, piece) in group.iter().zip(&mut next) {
-                scope.spawn(move |_| piece.fill(items, element));
-            }
-            ready.iter().try_for_each(|piece| {
-                // Each piece is a list of its own: its bracket makes way for a comma, or stays at the very beginning.
-                let text = piece.text()?;
-                out.write_all(opening)?;
-                opening = b",";
-                out.write_all(&text[1..text.len() - 1])
-            })
-        })?;
-        if next.is_empty() {
-            return out.write_all(b"]");
-        }
-        std::mem::swap(&mut ready, &mut next);
-    }
-}
-
-/// Some elements of a list as text.
-#[derive(Default)]
-struct Piece {
-    text: Vec<u8>,
-    failure: Option<serde_json::Error>,
-}
-
-impl Piece {
-    fn fill<T, S: Serialize>(&mut self, items: &[T], element: impl Fn(&T) -> S) {
+    let text = |piece: &[T], mut text: Vec<u8>| {
         // Elements first: their reads, which are all over the memory, then overlap.
-        let elements: Vec<S> = items.iter().map(element).collect();
-        self.text.clear();
-        self.failure = serde_json::to_writer(&mut self.text, &elements).err();
+        let elements: Vec<S> = piece.iter().map(&element).collect();
+        text.clear();
+        serde_json::to_writer(&mut text, &elements).map(|()| text)
+    };
+    if items.len() <= PIECE {
+        return out.write_all(&text(items, Vec::new())?);
     }
-
-    fn text(&self) -> io::Result<&[u8]> {
-        match &self.failure {
-            None => Ok(&self.text),
-            Some(failure) => Err(io::Error::other(failure.to_string())),
+    let ahead = thread::available_parallelism().map_or(1, NonZero::get) + 1;
+    thread::scope(|scope| {
+        let mut workers = VecDeque::new();
+        let mut pieces = items.chunks(PIECE);
+        // Memory that was written from is used again: fresh memory costs more than the text does.
+        let mut spare: Vec<Vec<u8>> = Vec::new();
+        let mut opening = b"[";
+        loop {
+            while let Some(piece) = (workers.len() < ahead).then(|| pieces.next()).flatten() {
+                let memory = spare.pop().unwrap_or_default();
+                workers.push_back(scope.spawn(move || text(piece, memory)));
+            }
+            let Some(worker) = workers.pop_front() else { break };
+            let text = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+            // Each piece is a list of its own: its bracket makes way for a comma, or stays at the very beginning.
+            out.write_all(opening)?;
+            out.write_all(&text[1..text.len() - 1])?;
+            opening = b",";
+            spare.push(text);
         }
-    }
+        out.write_all(b"]")
+    })
 }
 
 #[cfg(test)]
