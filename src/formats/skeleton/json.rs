@@ -94,7 +94,8 @@ fn labelled(answer: &Answer, dot: &Dot) -> LabelledDot {
     LabelledDot { birth: dot.birth, death: dot.death, edge: dot.edge, hole }
 }
 
-/// Writes a list. Its pieces are made into text on all cores, ahead of the writing by as many pieces as there are cores.
+/// Writes a list. Its pieces are made into text on all cores, ahead of the writing by as many pieces as there are
+/// cores.
 ///
 /// Threads of its own, since starting the pool of `rayon` for this alone costs a twentieth of a small `compute`.
 fn write_list<T: Sync, S: Serialize>(
