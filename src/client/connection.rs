@@ -18,9 +18,7 @@ use socket2::{Domain, SockAddr, Socket, Type};
 use super::error::ClientError;
 use super::link::{Link, is_later};
 use crate::daemon::Address;
-
-/// The name of this client in the daemon's log.
-pub const SOFTWARE: &str = concat!("hopes ", env!("CARGO_PKG_VERSION"));
+pub use crate::daemon::SOFTWARE;
 
 /// How long a read or write waits before other duties are looked at.
 const MOMENT: Duration = Duration::from_millis(50);

@@ -37,7 +37,7 @@ pub use error::DaemonError;
 pub use http_access::{HttpAccess, SnapshotError, StartHttp, StopHttp};
 pub use input_errors::{InputErrors, StrictStop};
 pub use run::{Feed, Sink, Source, run};
-pub use settings::{DEFAULT_STREAM, Limits, Settings, StreamSettings};
+pub use settings::{DEFAULT_STREAM, Limits, SOFTWARE, Settings, StreamSettings};
 pub use stop::{Stop, Stopper};
 pub use streams::convert::{cut, spec, wire_window};
 pub use streams::engine::OutputFrame;

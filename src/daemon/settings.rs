@@ -1,4 +1,4 @@
-//! What a daemon is told to do: its streams, its limits, where peers connect.
+//! The settings of a daemon: its streams, its limits, where peers connect.
 //!
 //! In: values that the caller has checked. Out: the same, shared by all threads.
 //!

@@ -2,7 +2,7 @@
 //!
 //! In: messages to the peer, cursors, the wish to end. Out: the same, to the writer thread.
 //!
-//! Invariants: the reader and the writer thread wait for nobody of another connection.
+//! Invariants: the reader and the writer thread do not wait for another connection.
 //!
 //! Must not know: what messages say, what streams compute.
 

@@ -7,8 +7,8 @@
 //! * A stream that ends and begins again has another epoch.
 //! * An engine that panics ends its own stream only.
 //! * There are never more streams than the limits say.
-//! * A watcher hears of every stream that matches: of those that are there when it comes, and of each later one before
-//!   that stream gets its first point.
+//! * A watcher is called for every stream that matches: for those that are there when it comes, and for each later
+//!   one before that stream gets its first point.
 //!
 //! Must not know: sockets, connections, what engines compute.
 //!
@@ -40,7 +40,7 @@ use crate::daemon::settings::{Limits, Settings, StreamSettings};
 /// Requests that wait for an engine before their senders have to wait.
 const REQUESTS: usize = 1024;
 
-/// Hears of streams as they begin and end. The side of the connection implements it.
+/// Is called when streams begin and end. The side of the connection implements it.
 pub trait StreamWatcher: fmt::Debug + Send + Sync {
     /// Whether it follows streams of this name.
     fn matches(&self, name: &str) -> bool;
@@ -97,7 +97,7 @@ pub struct EngineEnded {
 }
 
 impl Directory {
-    /// A directory without streams. Each engine that ends is told of on a channel.
+    /// A directory without streams. A channel receives each engine that ends.
     pub fn new(settings: &Settings, ended: Sender<EngineEnded>) -> Self {
         let epoch = SystemTime::now().duration_since(UNIX_EPOCH).map_or(1, |since| since.as_micros() as u64);
         Self {
@@ -240,7 +240,7 @@ impl Directory {
         let _ = self.ended.send(EngineEnded { stream: Arc::clone(stream), result });
     }
 
-    /// Adds a watcher, which hears of all streams that it matches, now and later.
+    /// Adds a watcher. It is called for all streams that it matches, now and later.
     pub fn watch(&self, watcher: Arc<dyn StreamWatcher>, resume: Option<wire::Resume>) {
         let mut state = self.lock();
         let mut streams = self.roster.all();

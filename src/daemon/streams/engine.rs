@@ -191,7 +191,10 @@ impl Engine {
     }
 
     fn serve(&mut self, request: Request) {
+        let begun = Instant::now();
         self.views.serve(request, &mut self.pipeline);
+        // A frame that nobody followed when it was closed is computed for the first request.
+        self.note_times(Duration::ZERO, begun.elapsed());
         self.update_stats();
     }
 
@@ -232,7 +235,7 @@ impl Engine {
         }
         if ends_stream {
             self.close_last_frame()?;
-            // A producer that hears of the end may open the name anew at once: it must be free by then.
+            // A producer may open the name anew as soon as it gets the reply: the name must be free by then.
             self.stream.queue.close();
             self.roster.remove(&self.stream);
             self.is_over = true;
@@ -345,10 +348,10 @@ impl Engine {
         tracing::trace!("stream {:?}: frame {number} took {:?}", self.stream.state.name, fed + computed);
         let published = begun.elapsed();
         self.write_output(rejected, tracks);
-        self.note_times(fed, published);
         if self.is_checking {
             self.check()?;
         }
+        self.note_times(fed, published);
         self.update_stats();
         Ok(())
     }
@@ -360,7 +363,8 @@ impl Engine {
         if computed.is_zero() {
             return;
         }
-        // What only the output needed was computed after publishing, and waiting for its reader is no work of a frame.
+        // What only the output or the check needed was computed after publishing. Waiting for the output's reader is no
+        // work of a frame.
         let publishing = published.saturating_sub(computed);
         let times = &self.stream.state.stats.times;
         times.triangulation.observe(stages.triangulation.as_secs_f64());

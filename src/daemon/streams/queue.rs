@@ -5,7 +5,7 @@
 //! Invariants:
 //! * At most so many points wait; one item may be larger. Commits take room too, so a flood of them is bounded.
 //! * Commits are never dropped: their sender waits. The items of one sender keep their order.
-//! * The sender of an item that is dropped is told. A closed queue takes nothing more and keeps what it has.
+//! * The sender of an item that is dropped gets a reply. A closed queue takes nothing more and keeps what it has.
 //!
 //! Must not know: what the engine does, what a connection is.
 
@@ -81,7 +81,7 @@ impl Queue {
         (Self { state, has_room, wake, capacity, overload, dropped: AtomicU64::new(0) }, wakes)
     }
 
-    /// Appends an item. When the queue is full this waits, or drops points and tells their sender.
+    /// Appends an item. When the queue is full this waits, or drops points, with a reply to their sender.
     ///
     /// # Errors
     /// [`Closed`]: the item was not taken.

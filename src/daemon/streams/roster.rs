@@ -4,7 +4,7 @@
 //!
 //! Invariants: a name is one stream at a time.
 //!
-//! Must not know: engines, connections, who wants to hear of new streams.
+//! Must not know: engines, connections, watchers.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;

@@ -2,7 +2,7 @@
 //!
 //! In: items of producers, requests of consumers. Out: the same, to the engine.
 //!
-//! Invariants: a producer that is on the list when the queue is closed is told of the end.
+//! Invariants: a producer that is on the list when the queue is closed gets the end as a reply.
 //!
 //! Must not know: the engine, connections, other streams.
 
@@ -19,7 +19,7 @@ use super::reply::ReplySink;
 use super::stream_state::StreamState;
 use crate::daemon::locks::lock;
 
-/// What consumers are told at a stream's end.
+/// The reason that consumers get at a stream's end.
 pub const ENDED: &str = "the stream has ended";
 
 /// A stream.
