@@ -8,6 +8,8 @@ mod feed;
 mod replay;
 #[path = "tools/scene.rs"]
 mod scene;
+#[path = "tools/stopped.rs"]
+mod stopped;
 #[path = "tools/tracked.rs"]
 mod tracked;
 #[path = "tools/tracks.rs"]

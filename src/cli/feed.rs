@@ -25,6 +25,9 @@ use crate::formats::points::{Form, Origin, PointSource};
 ///
 /// A frame is closed by a blank line, {"commit":true,"time":t}, --frame-points or the end of the input. Points that the
 /// daemon refuses are reported with their line, and counted.
+///
+/// Ctrl-C and SIGTERM close the open frame. At the end it says how many points were read, sent, accepted, refused,
+/// dropped and not answered. Answers that have not come five seconds after the signal are a failure (exit code 1).
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   sensor | hopes feed - --to unix:/tmp/hopes.sock --stream sensor --window points:10000
@@ -86,10 +89,8 @@ impl Feed {
         if self.loops && is_stdin {
             return Err(Failure::Usage("--loop needs a file: stdin cannot be read twice"));
         }
-        if !is_stdin {
-            // A mistyped name must not create a stream.
-            files::open(&self.file)?;
-        }
+        // A mistyped name must not create a stream.
+        files::open(&self.file)?;
         let delivery = Delivery {
             to: &self.to.to,
             stream: &self.stream,

@@ -12,11 +12,14 @@ use std::net::ToSocketAddrs;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use hopes_protocol::{Banner, Decoder, FrameError, Goodbye, Hello, LARGEST_FRAME, Message, Ping, Pong, Welcome};
+use hopes_protocol::{
+    Banner, Decoder, ErrorCode, FrameError, Goodbye, Hello, LARGEST_FRAME, Message, Ping, Pong, Welcome,
+};
 use socket2::{Domain, SockAddr, Socket, Type};
 
 use super::error::ClientError;
 use super::link::{Link, is_later};
+use super::running::Running;
 use crate::daemon::Address;
 pub use crate::daemon::SOFTWARE;
 
@@ -107,7 +110,7 @@ impl Client {
         socket.set_read_timeout(Some(MOMENT)).map_err(unreached)?;
         socket.set_write_timeout(Some(timeouts.greet)).map_err(unreached)?;
         let incoming = Incoming { socket, decoder: Decoder::new(LARGEST_FRAME), buffer: vec![0; 1 << 16].into() };
-        let mut greeting = Greeting { address, incoming, begun: Instant::now(), timeout: timeouts.greet };
+        let mut greeting = Greeting { address, incoming, running: Running::new(), timeout: timeouts.greet };
         let version = greeting.agree()?;
         let welcome = greeting.hello(version, software)?;
         let incoming = greeting.incoming;
@@ -147,7 +150,8 @@ fn connect_to(place: &SockAddr, domain: Domain, timeout: Duration) -> io::Result
 struct Greeting<'a> {
     address: &'a Address,
     incoming: Incoming,
-    begun: Instant,
+    /// Since the connection was there.
+    running: Running,
     timeout: Duration,
 }
 
@@ -204,7 +208,7 @@ impl Greeting<'_> {
         let address = || self.address.clone();
         match self.incoming.read(self.address)? {
             Arrived::End => Err(ClientError::Closed { address: address(), when: "before it had greeted" }),
-            _ if self.begun.elapsed() > self.timeout => {
+            _ if self.running.elapsed() > self.timeout => {
                 Err(ClientError::Mute { address: address(), seconds: self.timeout.as_secs_f64() })
             }
             _ => Ok(()),
@@ -244,7 +248,21 @@ impl Sending {
     /// # Errors
     /// [`ClientError`].
     pub fn send(&self, channel: u32, message: impl Into<Message>) -> Result<(), ClientError> {
-        self.0.send(channel, &message.into())
+        self.send_unless(channel, message, &mut || false).map(drop)
+    }
+
+    /// As [`send`](Self::send), but not beyond what takes too long; the rest of a message that has begun goes before
+    /// the next one. Whether it was sent.
+    ///
+    /// # Errors
+    /// [`ClientError`].
+    pub fn send_unless(
+        &self,
+        channel: u32,
+        message: impl Into<Message>,
+        is_too_long: &mut dyn FnMut() -> bool,
+    ) -> Result<bool, ClientError> {
+        self.0.send(channel, &message.into(), is_too_long)
     }
 }
 
@@ -268,7 +286,13 @@ impl Receiving {
     /// # Errors
     /// [`ClientError`].
     pub fn receive_until(&mut self, deadline: Instant) -> Result<Received, ClientError> {
-        let received = self.wait(deadline);
+        let received = match self.wait(deadline) {
+            Ok(Received::End) => self.link.stood_still().map_or(Ok(Received::End), Err),
+            Err(error @ (ClientError::Closed { .. } | ClientError::Lost { .. })) => {
+                Err(self.link.stood_still().unwrap_or(error))
+            }
+            received => received,
+        };
         if matches!(received, Err(_) | Ok(Received::End)) {
             self.link.close();
         }
@@ -281,6 +305,10 @@ impl Receiving {
                 match message {
                     Message::Ping(Ping { token }) => self.send_control(Pong { token }),
                     Message::Pong(_) => {}
+                    Message::Error(report) if report.code == ErrorCode::TooSlow as u16 => {
+                        let received = Received::Message(channel, report.into());
+                        return self.link.stood_still().map_or(Ok(received), Err);
+                    }
                     message => return Ok(Received::Message(channel, message)),
                 }
             }
@@ -320,7 +348,10 @@ impl Receiving {
     /// read it, since closing a socket with unread bytes may discard what was sent.
     pub fn goodbye(mut self, reason: &str) {
         let goodbye = Goodbye { reason: reason.to_owned(), streams: Vec::new() };
-        if self.link.send(0, &goodbye.into()).is_err() {
+        let begun = Instant::now();
+        // A daemon that reads no further does not read this either.
+        let sent = self.link.send(0, &goodbye.into(), &mut || begun.elapsed() > PARTING);
+        if !matches!(sent, Ok(true)) {
             return;
         }
         self.link.finish();

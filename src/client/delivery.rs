@@ -23,6 +23,7 @@ use self::ledger::{Counts, Ledger, Sent};
 use super::connection::{Client, Received, Receiving, SOFTWARE, Sending, Timeouts};
 use super::error::ClientError;
 use super::pace::Pace;
+use super::running::Running;
 use crate::daemon::{self, Address, BATCH, Input, Stop};
 
 pub use self::error::DeliveryError;
@@ -35,6 +36,9 @@ const UNANSWERED: usize = 64;
 
 /// How long a wait lasts before signals are looked for.
 const MOMENT: Duration = Duration::from_millis(50);
+
+/// How long answers are waited for once a signal has come.
+const GRACE: Duration = Duration::from_secs(5);
 
 /// How long the daemon's reason is waited for when nothing can be sent any more.
 const LAST_WORDS: Duration = Duration::from_millis(300);
@@ -100,6 +104,7 @@ impl Delivery<'_> {
     ) -> Result<(), DeliveryError> {
         let Client { welcome, sending, mut receiving } = client;
         let Some(opened) = self.open(&sending, &mut receiving, &mut stop)? else {
+            tracing::info!("stream {}: a signal came before it was open: nothing was sent", self.stream);
             receiving.goodbye("a signal came");
             return Ok(());
         };
@@ -107,7 +112,16 @@ impl Delivery<'_> {
         let inputs = read(largest_batch(&welcome, &opened)).map_err(DeliveryError::Reader)?;
         let answers = self.take_answers(receiving, &ledger)?;
         let whole_frames = self.whole_frames;
-        let mut sender = Sender { sending, ledger: &ledger, stop, progress, whole_frames, sequence: 0, is_open: false };
+        let mut sender = Sender {
+            sending,
+            ledger: &ledger,
+            stop,
+            progress,
+            whole_frames,
+            sequence: 0,
+            is_open: false,
+            stopping: None,
+        };
         let fed = sender.feed(&inputs, self.rate).and_then(|()| sender.close());
         if let Err(error) = fed {
             // If the daemon has given a reason, that one is reported.
@@ -194,12 +208,15 @@ impl Delivery<'_> {
     }
 
     fn log(&self, counts: Counts) {
-        let Counts { accepted, taken_back, refused, dropped, frames, newest } = counts;
+        let Counts { read, unusable, sent, unanswered, accepted, taken_back, refused, dropped, frames, newest } =
+            counts;
         let back = if taken_back > 0 { format!(", {taken_back} taken back") } else { String::new() };
+        let bad = if unusable > 0 { format!(", {unusable} times what could not be used") } else { String::new() };
         let stream = self.stream;
         tracing::info!(
             "stream {stream}: {accepted} points accepted{back}, {refused} refused, {dropped} dropped; \
-             {frames} frames, the last is {newest}"
+             {frames} frames, the last is {newest}; {read} points were read{bad}, {sent} sent, \
+             {unanswered} not answered"
         );
     }
 }
@@ -233,6 +250,8 @@ struct Sender<'a> {
     sequence: u64,
     /// Whether anything was sent since the last commit.
     is_open: bool,
+    /// Since the first look after a signal.
+    stopping: Option<Running>,
 }
 
 impl Sender<'_> {
@@ -248,6 +267,10 @@ impl Sender<'_> {
             match inputs.recv_timeout(MOMENT) {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
+                Ok(input @ (Input::Points(_) | Input::Retract(_))) => {
+                    self.ledger.read(&input);
+                    self.send(input)?;
+                }
                 Ok(Input::Commit(time)) => {
                     if let Some(pace) = &mut pace {
                         self.wait_for(pace.next());
@@ -262,6 +285,7 @@ impl Sender<'_> {
         }
         if let Some(signal) = self.stop.asked() {
             tracing::info!("{signal}: finishing the open frame");
+            inputs.try_iter().for_each(|input| self.ledger.read(&input));
         }
         if self.is_open { self.commit(None) } else { Ok(()) }
     }
@@ -305,19 +329,42 @@ impl Sender<'_> {
         self.ledger.note(self.sequence, sent);
         self.sequence += 1;
         self.is_open = true;
-        Ok(self.sending.send(CHANNEL, message)?)
+        self.put(message)
+    }
+
+    fn put(&mut self, message: impl Into<Message>) -> Result<(), DeliveryError> {
+        let sending = self.sending.clone();
+        let is_sent = sending.send_unless(CHANNEL, message, &mut || self.has_waited_enough())?;
+        if is_sent { Ok(()) } else { Err(self.gives_up()) }
     }
 
     /// Waits for all answers, and closes the stream.
     fn close(&mut self) -> Result<(), DeliveryError> {
-        while self.ledger.wait(1, MOMENT).is_some_and(|unanswered| unanswered > 0) {}
+        while self.ledger.wait(1, MOMENT).is_some_and(|unanswered| unanswered > 0) {
+            if self.has_waited_enough() {
+                return Err(self.gives_up());
+            }
+        }
         if self.ledger.wait_for_end(Duration::ZERO) {
             return Ok(());
         }
         self.ledger.closes();
-        self.sending.send(CHANNEL, Close { end: false })?;
-        while !self.ledger.wait_for_end(MOMENT) {}
+        self.put(Close { end: false })?;
+        while !self.ledger.wait_for_end(MOMENT) {
+            if self.has_waited_enough() {
+                return Err(self.gives_up());
+            }
+        }
         Ok(())
+    }
+
+    /// Whether a signal has come so long ago that nothing more is waited for.
+    fn has_waited_enough(&mut self) -> bool {
+        self.stop.asked().is_some() && self.stopping.get_or_insert_with(Running::new).elapsed() > GRACE
+    }
+
+    fn gives_up(&self) -> DeliveryError {
+        DeliveryError::Unanswered { seconds: GRACE.as_secs(), points: self.ledger.counts().unanswered }
     }
 
     /// Waits for a time, unless a signal comes or the delivery ends first.

@@ -83,6 +83,19 @@ pub enum ClientError {
         /// For so long.
         seconds: f64,
     },
+    /// It closed the connection because this program did not answer.
+    #[error(
+        "the daemon at {address} has ended the connection, since this program was stopped or blocked for {stopped:.1} \
+         s and the daemon waits no longer than {timeout} s: try again, or start the daemon with a longer --timeout"
+    )]
+    StoodStill {
+        /// Where it listens.
+        address: Address,
+        /// For so many seconds.
+        stopped: f64,
+        /// The daemon's timeout, in seconds.
+        timeout: f64,
+    },
     /// The system ended it.
     #[error("the connection to {address} is lost: {reason}; see whether the daemon is still there, and try again")]
     Lost {

@@ -12,12 +12,13 @@ use std::io::{self, Write};
 use std::net::Shutdown;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use hopes_protocol::{Message, encode};
 use socket2::Socket;
 
 use super::error::ClientError;
+use super::running::Running;
 use crate::daemon::Address;
 
 /// Pings and pongs that may wait to be sent. Of more, the oldest are dropped, which only a daemon that sends pings
@@ -31,8 +32,9 @@ pub struct Link {
     version: u16,
     /// How long the daemon may be silent.
     pub timeout: Duration,
-    begun: Instant,
-    /// When bytes of the daemon last came, in milliseconds after the beginning.
+    /// Since the beginning.
+    running: Running,
+    /// When bytes of the daemon last came, in milliseconds of running.
     received: AtomicU64,
     is_closed: AtomicBool,
     outgoing: Mutex<Outgoing>,
@@ -53,7 +55,7 @@ impl Link {
             address,
             version,
             timeout,
-            begun: Instant::now(),
+            running: Running::new(),
             received: AtomicU64::new(0),
             is_closed: AtomicBool::new(false),
             outgoing: Mutex::new(Outgoing { socket, backlog: Vec::new() }),
@@ -61,8 +63,13 @@ impl Link {
         }
     }
 
-    /// Sends a message, and pings and pongs that wait.
-    pub fn send(&self, channel: u32, message: &Message) -> Result<(), ClientError> {
+    /// Sends a message, and pings and pongs that wait, unless that takes too long. Whether it was sent.
+    pub fn send(
+        &self,
+        channel: u32,
+        message: &Message,
+        is_too_long: &mut dyn FnMut() -> bool,
+    ) -> Result<bool, ClientError> {
         if message.since() > self.version {
             let (spoken, needed) = (self.version, message.since());
             return Err(ClientError::Older { address: self.address.clone(), spoken, needed });
@@ -73,8 +80,11 @@ impl Link {
         while !outgoing.backlog.is_empty() {
             self.write_some(&mut outgoing)?;
             self.check_alive()?;
+            if !outgoing.backlog.is_empty() && is_too_long() {
+                return Ok(false);
+            }
         }
-        self.write_control(&mut outgoing)
+        self.write_control(&mut outgoing).map(|()| true)
     }
 
     /// Sends a ping or a pong if that needs no waiting for the other half; else leaves it to that.
@@ -100,12 +110,22 @@ impl Link {
 
     /// Bytes of the daemon have come.
     pub fn note_received(&self) {
-        self.received.store(self.begun.elapsed().as_millis() as u64, Relaxed);
+        self.received.store(self.running.elapsed().as_millis() as u64, Relaxed);
     }
 
-    /// How long none have come.
+    /// How long none have come, while this program could have heard it.
     pub fn silence(&self) -> Duration {
-        self.begun.elapsed().saturating_sub(Duration::from_millis(self.received.load(Relaxed)))
+        self.running.elapsed().saturating_sub(Duration::from_millis(self.received.load(Relaxed)))
+    }
+
+    /// Why the connection ended, if this program has just stood still for so long that the daemon gave it up.
+    pub fn stood_still(&self) -> Option<ClientError> {
+        let now = self.running.elapsed();
+        let last = self.running.standstill()?;
+        // The daemon had last heard something up to half of its timeout before.
+        let is_why = last.length >= self.timeout / 2 && now.saturating_sub(last.ended) <= self.timeout;
+        let (stopped, timeout) = (last.length.as_secs_f64(), self.timeout.as_secs_f64());
+        is_why.then(|| ClientError::StoodStill { address: self.address.clone(), stopped, timeout })
     }
 
     /// Nothing more can come: the sending half need not wait.
@@ -154,7 +174,7 @@ impl Link {
                 Ok(())
             }
             Err(error) if is_later(&error) => Ok(()),
-            Err(error) => Err(ClientError::lost(&self.address, &error)),
+            Err(error) => Err(self.stood_still().unwrap_or_else(|| ClientError::lost(&self.address, &error))),
         }
     }
 

@@ -13,6 +13,7 @@ pub mod follow;
 mod link;
 pub mod mirrors;
 pub mod pace;
+mod running;
 pub mod status;
 pub mod verify;
 

@@ -336,6 +336,79 @@ fn a_signal_finishes_the_current_frame() {
     let finished = client.ends();
     assert_eq!(finished.code, Some(0), "{}", finished.err);
     assert!(finished.err.contains("1 points accepted, 0 refused, 0 dropped; 1 frames, the last is 5"));
+    assert!(finished.err.contains("; 1 points were read, 1 sent, 0 not answered"), "{}", finished.err);
+}
+
+#[test]
+fn all_points_are_accounted_for() {
+    let daemon = FakeDaemon::new();
+    let mut client = feed(&daemon, "--input jsonl").start();
+    let points = |count: usize| format!("{{\"points\":{:?}}}\n", vec![[0.5, 0.5]; count]);
+    let commit = "{\"commit\":true}\n";
+    client.say(points(1) + "nonsense\n" + &points(2) + commit + &points(4) + commit + &points(8));
+    let mut peer = daemon.greet();
+    let (channel, _) = peer.open(5000);
+    let (mut batches, mut frame) = (Vec::new(), 0);
+    while batches.iter().sum::<usize>() < 15 {
+        match peer.next() {
+            Some((_, Message::Batch(Batch { sequence, points, .. }))) => {
+                match batches.len() {
+                    0 => peer.send(channel, Accepted { sequence, points: 1, placed: Vec::new() }),
+                    1 => {
+                        let reasons = vec![Refusal { index: 0, code: 1, text: "is too far away".to_owned() }];
+                        peer.send(channel, Refused { sequence, accepted: 1, refused: 1, reasons, placed: Vec::new() });
+                    }
+                    2 => peer.send(channel, Overloaded { sequence, points: 4, total: 4, policy: Policy::DropOldest }),
+                    _ => {}
+                }
+                batches.push(points.len());
+            }
+            Some((_, Message::Commit(Commit { sequence, .. }))) => {
+                frame += 1;
+                peer.send(channel, Committed { sequence, frame });
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+    assert_eq!(batches, [1, 2, 4, 8]);
+    // The last batch is never answered, and nothing more is read. The daemon is there all the same.
+    client.signal(Signal::TERM);
+    let begun = Instant::now();
+    while client.is_alive() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "it ends within seconds");
+        drop(peer.next_within(Duration::from_millis(100)));
+    }
+    let finished = client.ends();
+    assert_eq!(finished.code, Some(1), "{}", finished.err);
+    for words in [
+        "SIGTERM: finishing the open frame",
+        "2 points accepted, 2 refused, 4 dropped; 2 frames, the last is 2",
+        "15 points were read, 1 times what could not be used, 15 sent, 8 not answered",
+        "has not answered within 5 s after the signal: 8 points may not be in the stream",
+    ] {
+        assert!(finished.err.contains(words), "{words}: {}", finished.err);
+    }
+}
+
+#[test]
+fn a_signal_ends_a_feed_whose_daemon_does_not_read() {
+    let daemon = FakeDaemon::new();
+    let mut client = feed(&daemon, "--input jsonl").start();
+    let line = json!({"points": vec![[0.25, 0.5]; 4096]}).to_string() + "\n";
+    let mut stdin = client.take_stdin();
+    let feeder = std::thread::spawn(move || drop(stdin.write_all(line.repeat(200).as_bytes())));
+    let mut peer = daemon.greet();
+    peer.open(5000);
+    std::thread::sleep(Duration::from_millis(500));
+    client.signal(Signal::TERM);
+    let begun = Instant::now();
+    let finished = client.ends();
+    assert!(begun.elapsed() < Duration::from_secs(60), "{:?}", begun.elapsed());
+    assert_eq!(finished.code, Some(1), "{}", finished.err);
+    assert!(finished.err.contains("has not answered within 5 s after the signal"), "{}", finished.err);
+    let summary = finished.err.lines().find(|line| line.contains("points were read")).expect("it sums up");
+    assert!(summary.contains("0 points accepted") && !summary.contains(" 0 not answered"), "{summary}");
+    feeder.join().unwrap();
 }
 
 #[test]

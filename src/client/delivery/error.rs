@@ -56,6 +56,16 @@ pub enum DeliveryError {
         /// Messages without an answer.
         unanswered: usize,
     },
+    /// A signal came, and the answers did not.
+    #[error(
+        "the daemon has not answered within {seconds} s after the signal: {points} points may not be in the stream"
+    )]
+    Unanswered {
+        /// For so long.
+        seconds: u64,
+        /// So many that were sent.
+        points: u64,
+    },
     /// Another producer ended the stream.
     #[error("another producer has ended the stream, after frame {frame}")]
     Ended {

@@ -14,7 +14,7 @@ use std::time::Duration;
 use hopes_protocol::{Message, Overloaded, Policy, Refused, Report};
 
 use super::error::DeliveryError;
-use crate::daemon::{Batch, InputErrors};
+use crate::daemon::{Batch, Input, InputErrors};
 
 /// A message that was sent.
 #[derive(Debug)]
@@ -27,11 +27,29 @@ pub enum Sent {
     Commit,
 }
 
+impl Sent {
+    fn points(&self) -> u64 {
+        match self {
+            Self::Batch(batch) | Self::Retract(batch) => batch.positions.len() as u64,
+            Self::Commit => 0,
+        }
+    }
+}
+
 /// How many points and frames had which outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
+    /// Points that were read, to be added or taken back.
+    pub read: u64,
+    /// What was read and is no point, or cannot be used.
+    pub unusable: u64,
+    /// Points of messages that were sent.
+    pub sent: u64,
+    /// Of these, those that no answer has come for.
+    pub unanswered: u64,
     pub accepted: u64,
     pub taken_back: u64,
+    /// Points that the daemon has refused, and all that is unusable.
     pub refused: u64,
     pub dropped: u64,
     pub frames: u64,
@@ -80,7 +98,17 @@ impl Ledger {
 
     /// A message is about to be sent.
     pub fn note(&self, sequence: u64, sent: Sent) {
-        self.state().unanswered.insert(sequence, sent);
+        let mut state = self.state();
+        state.counts.sent += sent.points();
+        state.counts.unanswered += sent.points();
+        state.unanswered.insert(sequence, sent);
+    }
+
+    /// Points were read, whether they are sent or not.
+    pub fn read(&self, input: &Input) {
+        if let Input::Points(batch) | Input::Retract(batch) = input {
+            self.state().counts.read += batch.positions.len() as u64;
+        }
     }
 
     /// Waits until fewer messages than that are unanswered, or the delivery has ended, or the moment has passed.
@@ -106,6 +134,7 @@ impl Ledger {
     pub fn report_error(&self, what: &dyn Display) {
         let mut state = self.state();
         state.counts.refused += 1;
+        state.counts.unusable += 1;
         state.report_error(what);
         self.changed.notify_all();
     }
@@ -191,7 +220,9 @@ impl State {
     }
 
     fn answered(&mut self, sequence: u64) -> Result<Sent, DeliveryError> {
-        self.unanswered.remove(&sequence).ok_or(DeliveryError::NotAsked { sequence })
+        let sent = self.unanswered.remove(&sequence).ok_or(DeliveryError::NotAsked { sequence })?;
+        self.counts.unanswered -= sent.points();
+        Ok(sent)
     }
 
     fn refused(&mut self, refused: &Refused, place: &str) -> Result<(), DeliveryError> {
