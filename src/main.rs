@@ -17,9 +17,18 @@ use clap::Parser;
 use cli::{Cli, Failure};
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    log_to_stderr(cli.log_level());
-    match cli.run() {
+    let outcome = match Cli::try_parse() {
+        Ok(cli) => {
+            log_to_stderr(cli.log_level());
+            cli.run()
+        }
+        Err(answer) if !answer.use_stderr() => {
+            log_to_stderr(tracing::Level::INFO);
+            cli::show_answer(&answer)
+        }
+        Err(usage) => usage.exit(),
+    };
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Usage(reason)) => {
             tracing::error!("{reason}");

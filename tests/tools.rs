@@ -2,8 +2,12 @@
 //! must send what a real one never sends, it is a scripted one.
 
 mod common;
+#[path = "tools/endings.rs"]
+mod endings;
 #[path = "tools/feed.rs"]
 mod feed;
+#[path = "tools/outputs.rs"]
+mod outputs;
 #[path = "tools/replay.rs"]
 mod replay;
 #[path = "tools/scene.rs"]

@@ -6,8 +6,8 @@
 //! One thread reads while another inserts, with a bounded queue between them.
 //! Must not know: how skeletons are computed or pictures drawn.
 
-use std::io::{self, Write};
-use std::path::PathBuf;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 use std::thread;
@@ -50,7 +50,9 @@ pub struct Compute {
     /// What to write.
     #[arg(short, long, value_enum, default_value_t)]
     format: OutputFormat,
-    /// Where to write it [default: stdout].
+    /// Where to write it; - for stdout [default: -].
+    ///
+    /// A file that is there is replaced at the end, by the whole answer, or not at all.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Stop at the first line or point that cannot be used (exit code 3).
@@ -114,6 +116,12 @@ impl Compute {
             return Err(Failure::Usage(NO_PNG));
         }
         let threshold = self.view.threshold()?;
+        if files::is_pipe(&self.file) {
+            files::check_stdin()?;
+        }
+        // A stdout that is closed is refused before the work.
+        let output = self.output.as_deref().filter(|&path| !files::is_pipe(path));
+        let stdout = if output.is_none() { Some(files::stdout()?) } else { None };
         let progress = self.progress();
         let mut input_errors = InputErrors::new(self.strict);
         let (frame, points) = self.compute(&progress, &mut input_errors)?;
@@ -129,7 +137,7 @@ impl Compute {
         };
         progress.set_message("writing");
         input_errors.sum_up();
-        self.write(&answer)?;
+        self.write(&answer, stdout, output)?;
         progress.finish_and_clear();
         // The process ends here: giving back every page of a large skeleton first would only take time.
         std::mem::forget(frame);
@@ -170,17 +178,15 @@ impl Compute {
         }
     }
 
-    fn write(&self, answer: &Answer) -> Result<(), Failure> {
-        match &self.output {
-            None => {
-                let mut stdout = files::buffered(io::stdout().lock());
-                self.format.write(answer, &mut stdout).context("cannot write to stdout")?;
-            }
-            Some(path) => {
-                let mut file = files::buffered(files::create(path)?);
-                let written = self.format.write(answer, &mut file).and_then(|()| file.flush());
-                written.with_context(|| files::cannot_write(path))?;
-            }
+    fn write(&self, answer: &Answer, stdout: Option<File>, output: Option<&Path>) -> Result<(), Failure> {
+        if let Some(stdout) = stdout {
+            let mut sink = files::buffered(stdout);
+            self.format.write(answer, &mut sink).context(files::CANNOT_WRITE_TO_STDOUT)?;
+        }
+        if let Some(path) = output {
+            let file = files::create(path)?;
+            let written = self.format.write(answer, &mut files::buffered(&file));
+            written.and_then(|()| file.finish()).with_context(|| files::cannot_write(path))?;
         }
         Ok(())
     }

@@ -15,14 +15,15 @@ mod roles;
 mod source;
 mod stage;
 
+use std::fs::File;
 use std::io::{self, Write};
 
 use anyhow::Context;
 use clap::Args;
 use hopes::scene::Kind;
 
-use super::Failure;
 use super::args::{host_and_port, rate, scene};
+use super::{Failure, files};
 use crate::daemon::{Address, ListenError, Stop};
 use crate::view::{Page, PageAddress};
 use source::DemoSource;
@@ -66,18 +67,18 @@ const ANYWHERE: &str = "127.0.0.1:0";
 
 impl Demo {
     pub fn run(self) -> Result<(), Failure> {
+        let stdout = files::stdout()?;
         let signals = Stop::listen().context("cannot listen to signals")?;
         let source = if self.video { DemoSource::Film } else { DemoSource::Scene(self.scene.unwrap_or(Kind::Mixed)) };
         let page = self.page()?;
         let rate = self.rate.unwrap_or(source.rate());
-        announce(&page, source, rate).context("cannot write to stdout")?;
+        announce(&stdout, &page, source, rate).context(files::CANNOT_WRITE_TO_STDOUT)?;
         let folder = tempfile::Builder::new().prefix("hopes-demo-").tempdir();
         let folder = folder.context("cannot make a folder for the socket")?;
         let address = Address::Unix(folder.path().join("socket"));
         let stage = Stage { address, source, frames: self.frames, rate };
         let reason = stage.perform(page, signals)?;
-        writeln!(io::stdout(), "{reason}").context("cannot write to stdout")?;
-        Ok(())
+        Ok(writeln!(&stdout, "{reason}").context(files::CANNOT_WRITE_TO_STDOUT)?)
     }
 
     fn page(&self) -> Result<Page, ListenError> {
@@ -92,9 +93,7 @@ impl Demo {
     }
 }
 
-fn announce(page: &Page, source: DemoSource, rate: f64) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
+fn announce(mut stdout: &File, page: &Page, source: DemoSource, rate: f64) -> io::Result<()> {
     writeln!(stdout, "open {} in a browser; Ctrl-C ends the demo", page.url())?;
-    writeln!(stdout, "{}, at {rate} frames a second; what happens to holes:", source.about())?;
-    stdout.flush()
+    writeln!(stdout, "{}, at {rate} frames a second; what happens to holes:", source.about())
 }

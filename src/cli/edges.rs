@@ -93,6 +93,9 @@ pub struct Edges {
     #[arg(long, value_enum, default_value_t, conflicts_with = "to", help_heading = "Output")]
     format: PointForm,
     /// Where to write points; - for stdout [default: -].
+    ///
+    /// A file that is there is replaced at the end, as a whole, or not at all. Only with stdin as the input, which may
+    /// go on for ever, it grows frame by frame.
     #[arg(short, long, value_name = "FILE", conflicts_with = "to", help_heading = "Output")]
     output: Option<PathBuf>,
     /// Send points to a daemon instead: unix:PATH or tcp:HOST:PORT.
@@ -129,16 +132,40 @@ struct Part([u32; 4]);
 impl Edges {
     pub fn run(self) -> Result<(), Failure> {
         self.check()?;
+        if self.reads_stdin() {
+            files::check_stdin()?;
+        }
         let inputs = listed(&self.inputs)?;
         let finder = self.finder()?;
         let progress = self.progress(&inputs);
         match (&self.to, self.output.as_deref()) {
             (Some(to), _) => self.send(to, finder, inputs, &progress),
             (None, Some(path)) if !files::is_pipe(path) => {
-                self.write(finder, inputs, &progress, files::create(path)?, &path.display().to_string())
+                self.write_file(finder, inputs, &progress, path, &path.display().to_string())
             }
-            (None, _) => self.write(finder, inputs, &progress, io::stdout().lock(), "stdout"),
+            (None, _) => self.write(finder, inputs, &progress, files::stdout()?, "stdout"),
         }
+    }
+
+    /// Writes frames of files into a file at its end, and those of stdin, which may go on for ever, as they come.
+    fn write_file(
+        &self,
+        finder: Finder,
+        inputs: Vec<PathBuf>,
+        progress: &ProgressBar,
+        path: &Path,
+        name: &str,
+    ) -> Result<(), Failure> {
+        if self.reads_stdin() {
+            return self.write(finder, inputs, progress, files::grow(path)?, name);
+        }
+        let file = files::create(path)?;
+        self.write(finder, inputs, progress, &file, name)?;
+        Ok(file.finish().with_context(|| files::cannot_write(path))?)
+    }
+
+    fn reads_stdin(&self) -> bool {
+        self.inputs.iter().any(|name| name == Path::new(STDIN))
     }
 
     fn check(&self) -> Result<(), Failure> {
@@ -214,7 +241,7 @@ impl Edges {
         let unwritten = || format!("cannot write to {sink_name}");
         let mut stop = Stop::listen().context("cannot listen to signals")?;
         let mut input_errors = InputErrors::new(self.strict);
-        let mut writer = PointWriter::new(self.format, files::buffered(sink)).with_context(unwritten)?;
+        let mut writer = PointWriter::new(self.format, files::buffered(sink));
         let mut pace = self.rate.map(Pace::new);
         let mut frames = 0_u64;
         let (sender, results) = sync_channel(WAITING);
@@ -235,7 +262,7 @@ impl Edges {
                 }
             }
         }
-        writer.flush().with_context(unwritten)?;
+        writer.finish().with_context(unwritten)?;
         progress.finish_and_clear();
         if let Some(signal) = stop.asked() {
             tracing::info!("{signal}: stopped after {frames} frames");

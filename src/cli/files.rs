@@ -2,13 +2,27 @@
 //!
 //! In: paths of the command line.
 //! Out: open sources and sinks, or which of them cannot be opened.
+//! Invariants: a standard stream that was closed when the program started is an error where it is needed.
 //! Must not know: what is read and written.
 
+mod growing;
+mod new_file;
+mod patience;
+mod standard;
+
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{BufWriter, Read, Write};
 use std::path::Path;
 
 use anyhow::Context;
+
+pub use growing::Growing;
+pub use new_file::NewFile;
+pub use patience::end_in_time;
+pub use standard::{check_stdin, stdout};
+
+/// What is said of a stdout that takes no more.
+pub const CANNOT_WRITE_TO_STDOUT: &str = "cannot write to stdout";
 
 /// Whether a path stands for stdin or stdout.
 pub fn is_pipe(path: &Path) -> bool {
@@ -18,14 +32,20 @@ pub fn is_pipe(path: &Path) -> bool {
 /// The bytes of a file, or of stdin.
 pub fn open(path: &Path) -> anyhow::Result<Box<dyn Read + Send>> {
     if is_pipe(path) {
-        return Ok(Box::new(io::stdin()));
+        check_stdin()?;
+        return Ok(Box::new(std::io::stdin()));
     }
     Ok(Box::new(File::open(path).with_context(|| format!("cannot open {}", path.display()))?))
 }
 
-/// A new file, in the place of one that is there.
-pub fn create(path: &Path) -> anyhow::Result<File> {
-    File::create(path).with_context(|| cannot_write(path))
+/// A file that takes its place when it is whole.
+pub fn create(path: &Path) -> anyhow::Result<NewFile> {
+    NewFile::create(path).with_context(|| cannot_write(path))
+}
+
+/// A file that is seen while it grows, without a known end.
+pub fn grow(path: &Path) -> anyhow::Result<Growing> {
+    Growing::open(path).with_context(|| cannot_write(path))
 }
 
 /// What is said of a file that cannot be written.

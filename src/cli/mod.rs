@@ -24,6 +24,9 @@ mod status;
 mod tracks;
 mod watch;
 
+use std::io::{IsTerminal, Write};
+
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 use tracing::Level;
 
@@ -68,6 +71,18 @@ enum Command {
     Tracks(tracks::Tracks),
     Scene(scene::Play),
     Edges(edges::Edges),
+}
+
+/// Writes what was asked of the arguments themselves: help, or the version.
+pub fn show_answer(answer: &clap::Error) -> Result<(), Failure> {
+    let stdout = files::stdout()?;
+    let written = if stdout.is_terminal() {
+        // Only there it has colours.
+        answer.print()
+    } else {
+        (&stdout).write_all(answer.render().to_string().as_bytes())
+    };
+    Ok(written.context(files::CANNOT_WRITE_TO_STDOUT)?)
 }
 
 impl Cli {

@@ -2,11 +2,12 @@
 //!
 //! In: options.
 //! Out: a recording (protocol/SPEC.md, section 8).
-//! Invariants: the file has whole frames only, each written as it comes; every frame in it was proved.
+//! Invariants: the file has whole frames only, each written as it comes; every frame in it was proved. It ends with an
+//! end, unless this program was killed.
 //! Must not know: what is in frames.
 
-use std::io::{self, Write};
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
@@ -15,19 +16,23 @@ use indicatif::HumanBytes;
 use super::args::FollowArgs;
 use super::following::Shown;
 use super::{Failure, files, progress};
-use crate::client::follow::follow;
+use crate::client::follow::{Subscription, follow};
 use crate::formats::messages::{MessageForm, MessageWriter};
 
 /// Record streams of a daemon to a file, for replay.
 ///
 /// Writes what a consumer is sent, with its times. Every frame is proved by its checksum. Ends with the daemon, on
-/// Ctrl-C, or after --frames. What was written until then is good, however it ends.
+/// Ctrl-C, or after --frames. What was written until then is good, however it ends. A recording that was cut is known
+/// by its missing end.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   hopes record --from unix:/tmp/hopes.sock --stream camera -o camera2.hopes
   hopes record --from tcp:127.0.0.1:7878 --stream camera --frames 20 -o - | hopes replay - --fast")]
 pub struct Record {
     /// Where to write it; - for stdout.
+    ///
+    /// It grows message by message, so that it can be read meanwhile and outlives this program. A file that is there is
+    /// replaced when the first message comes.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
@@ -36,19 +41,31 @@ pub struct Record {
 
 impl Record {
     pub fn run(self) -> Result<(), Failure> {
-        let wanted = self.wanted.subscription()?;
-        let sink: Box<dyn Write> = if files::is_pipe(&self.output) {
-            Box::new(io::stdout().lock())
-        } else {
-            Box::new(files::create(&self.output)?)
-        };
-        let writer = MessageWriter::new(MessageForm::Bin, sink);
-        let writer = writer.with_context(|| files::cannot_write(&self.output))?;
-        let mut shown = Shown { writer, progress: progress::spinner() };
-        let ended = follow(&wanted, &mut shown);
-        shown.progress.finish_and_clear();
-        let frames = ended?;
-        tracing::info!("{frames} frames recorded, {}", HumanBytes(shown.writer.bytes_written()));
-        Ok(())
+        let Self { output, wanted } = self;
+        let wanted = wanted.subscription()?;
+        if files::is_pipe(&output) {
+            return record(&wanted, &output, files::stdout()?, false);
+        }
+        let file = files::grow(&output)?;
+        let has_old = file.has_old();
+        record(&wanted, &output, file, has_old)
     }
+}
+
+/// Records; what is there already stays until something comes.
+fn record(wanted: &Subscription, output: &Path, sink: impl Write, has_old: bool) -> Result<(), Failure> {
+    let progress = progress::spinner();
+    let mut shown = Shown::new(MessageWriter::new(MessageForm::Bin, sink), progress.clone());
+    let ended = follow(wanted, &mut shown);
+    progress.finish_and_clear();
+    let is_kept = has_old && shown.bytes_written() == 0;
+    let finished = if is_kept { Ok(()) } else { shown.finish(&ended) };
+    if ended.is_ok() || shown.frames() > 0 {
+        tracing::info!("{} frames recorded, {}", shown.frames(), HumanBytes(shown.bytes_written()));
+    }
+    if is_kept && ended.is_ok() {
+        tracing::info!("{} is left as it was", output.display());
+    }
+    ended?;
+    Ok(finished.with_context(|| files::cannot_write(output))?)
 }

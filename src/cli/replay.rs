@@ -7,7 +7,9 @@
 //! Must not know: where the recording comes from.
 
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -26,7 +28,8 @@ use crate::formats::recording::{Frames, Next, RecordingError};
 /// Play a recording again.
 ///
 /// Plays what record, watch --output bin or serve --output bin have written, at the pace at which it was recorded.
-/// Every frame is proved by its checksum. A recording that was cut off is played up to its last whole frame.
+/// Every frame is proved by its checksum. A recording that was cut off is played up to its last whole frame, with a
+/// warning; one of an older hopes, which has no end, is taken for such a one.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   hopes replay camera.hopes                                as it was
@@ -42,6 +45,9 @@ pub struct Replay {
     /// X times as fast as it was recorded.
     #[arg(long, value_name = "X", default_value = "1", value_parser = rate)]
     speed: f64,
+    /// Fail at the end if the recording was cut off (exit code 3).
+    #[arg(long)]
+    strict: bool,
     /// How frames are written on stdout.
     #[arg(long, value_enum, default_value_t)]
     output: MessageForm,
@@ -61,17 +67,42 @@ impl Replay {
         let source = files::open(&self.file)?;
         let mut playing = Playing {
             read: read(source)?,
-            writer: MessageWriter::new(self.output, files::buffered(io::stdout().lock()))?,
+            writer: MessageWriter::new(self.output, files::buffered(files::stdout()?)),
             mirrors: Mirrors::default(),
             stop: Stop::listen().context("cannot listen to signals")?,
             speed: (!self.fast).then_some(self.speed),
             begun: Instant::now(),
             elapsed: Duration::ZERO,
-            shown: 0,
+            shown: Arc::default(),
         };
-        let played = playing.play(&self.file).with_context(|| self.file.display().to_string());
-        tracing::debug!("{} frames", playing.shown);
-        Ok(played?)
+        files::end_in_time(Arc::clone(&playing.shown)).context("cannot listen to signals")?;
+        let played = playing.play().with_context(|| self.file.display().to_string());
+        tracing::debug!("{} frames", playing.shown.load(Relaxed));
+        self.judge(played?, playing.shown.load(Relaxed))
+    }
+
+    /// What is said of how the recording ended.
+    fn judge(&self, played: Played, shown: u64) -> Result<(), Failure> {
+        let file = self.file.display();
+        let missing = match played {
+            Played::Stopped(signal) => {
+                tracing::info!("{signal}: stopped after {shown} frames");
+                return Ok(());
+            }
+            Played::Whole(reason) => {
+                tracing::info!("{file} ends after {shown} frames: {reason}");
+                return Ok(());
+            }
+            Played::CutOff { offset } => format!("{file} is cut off at byte {offset}: {shown} whole frames were there"),
+            Played::Endless => {
+                format!("{file} has no end after {shown} frames: it was cut off, or an older hopes has written it")
+            }
+        };
+        if self.strict {
+            return Err(Failure::Refused(format!("{missing} (--strict)")));
+        }
+        tracing::warn!("{missing}");
+        Ok(())
     }
 }
 
@@ -93,6 +124,18 @@ fn read(source: Box<dyn Read + Send>) -> anyhow::Result<Receiver<Result<Next, Re
     Ok(receiver)
 }
 
+/// How the playing ended.
+enum Played {
+    /// The recording is whole, and says why it ended.
+    Whole(String),
+    /// It ends between two messages, without an end.
+    Endless,
+    /// It ends within what begins there.
+    CutOff { offset: u64 },
+    /// By a signal.
+    Stopped(&'static str),
+}
+
 struct Playing<W: io::Write> {
     read: Receiver<Result<Next, RecordingError>>,
     writer: MessageWriter<W>,
@@ -103,15 +146,16 @@ struct Playing<W: io::Write> {
     begun: Instant,
     /// Since the recording began, at the present message.
     elapsed: Duration,
-    shown: u64,
+    shown: Arc<AtomicU64>,
 }
 
 impl<W: io::Write> Playing<W> {
-    fn play(&mut self, file: &Path) -> anyhow::Result<()> {
+    fn play(&mut self) -> anyhow::Result<Played> {
+        let mut end = None;
         loop {
             if let Some(signal) = self.stop.asked() {
-                tracing::info!("{signal}: stopped after {} frames", self.shown);
-                return Ok(());
+                self.writer.finish(self.elapsed, signal).context("cannot write frames")?;
+                return Ok(Played::Stopped(signal));
             }
             let next = match self.read.recv_timeout(MOMENT) {
                 Err(RecvTimeoutError::Timeout) => continue,
@@ -121,11 +165,12 @@ impl<W: io::Write> Playing<W> {
                 Ok(next) => next?,
             };
             match next {
-                Next::End => return Ok(()),
-                Next::CutOff { offset } => {
-                    let (file, shown) = (file.display(), self.shown);
-                    tracing::warn!("{file} is cut off at byte {offset}: {shown} whole frames were there");
-                    return Ok(());
+                Next::End => return Ok(end.map_or(Played::Endless, Played::Whole)),
+                Next::CutOff { offset } => return Ok(Played::CutOff { offset }),
+                Next::Message { offset, .. } if end.is_some() => bail!("at byte {offset}: something follows the end"),
+                Next::Message { channel, message: Message::Goodbye(goodbye), .. } => {
+                    end = Some(goodbye.reason.replace(char::is_control, " "));
+                    self.writer.write("", self.elapsed, channel, &goodbye.into()).context("cannot write frames")?;
                 }
                 Next::Message { message: Message::Elapsed(elapsed), .. } => self.wait(elapsed),
                 Next::Message { offset, channel, message } => {
@@ -140,7 +185,7 @@ impl<W: io::Write> Playing<W> {
             bail!("these are points, and no recording: send them with hopes feed --input bin");
         }
         if self.mirrors.take_recorded(message).context("damaged: all before it is good")? == Taken::Frame {
-            self.shown += 1;
+            self.shown.fetch_add(1, Relaxed);
         }
         let name = self.mirrors.name_of(message);
         self.writer.write(name, self.elapsed, channel, message).context("cannot write frames")?;

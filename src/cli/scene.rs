@@ -14,6 +14,7 @@ use clap::{Args, ValueEnum};
 use hopes::scene::{Kind, OptionError, Options, Scene};
 
 use super::args::{number, scene};
+use super::files::NewFile;
 use super::{Failure, files};
 use crate::daemon::Stop;
 use crate::formats::point_writer::PointForm;
@@ -69,6 +70,8 @@ pub struct Play {
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     /// Where to write the points; - for stdout [default: -].
+    ///
+    /// A file that is there is replaced at the end, as a whole, or not at all; so is that of --truth.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -98,22 +101,23 @@ impl From<Format> for PointForm {
 impl Play {
     pub fn run(self) -> Result<(), Failure> {
         let Some(kind) = self.kind else {
-            return Ok(list(&mut io::stdout().lock()).context("cannot write to stdout")?);
+            let mut stdout = files::buffered(files::stdout()?);
+            return Ok(list(&mut stdout).and_then(|()| stdout.flush()).context(files::CANNOT_WRITE_TO_STDOUT)?);
         };
         let output = self.output.as_deref().filter(|&path| !files::is_pipe(path));
         self.check(output)?;
         let mut scene = Scene::new(kind, self.options())?;
-        let truth =
-            self.truth.as_deref().map(|path| Ok::<_, anyhow::Error>((path, files::create(path)?))).transpose()?;
-        let truth = truth.map(|(path, file)| (path, Truth::new(files::buffered(file))));
-        match output {
-            Some(path) => {
-                let file = files::buffered(files::create(path)?);
-                self.play(kind, &mut scene, truth, file, &path.display().to_string())?;
+        let create = |path| Ok::<_, anyhow::Error>((path, files::create(path)?));
+        let truth_file = self.truth.as_deref().map(create).transpose()?;
+        let truth = truth_file.as_ref().map(|(path, file)| (*path, Truth::new(files::buffered(file))));
+        match output.map(create).transpose()? {
+            Some((path, file)) => {
+                self.play(kind, &mut scene, truth, files::buffered(&file), &path.display().to_string())?;
+                finish(path, file)?;
             }
-            None => self.play(kind, &mut scene, truth, files::buffered(io::stdout().lock()), "stdout")?,
+            None => self.play(kind, &mut scene, truth, files::buffered(files::stdout()?), "stdout")?,
         }
-        Ok(())
+        Ok(truth_file.map_or(Ok(()), |(path, file)| finish(path, file))?)
     }
 
     fn check(&self, output: Option<&Path>) -> Result<(), Failure> {
@@ -146,7 +150,7 @@ impl Play {
         if let Some((path, truth)) = &mut truth {
             truth.header(kind, &self.options(), self.frames, scene).with_context(|| files::cannot_write(path))?;
         }
-        let mut points = ScenePoints::new(self.format.into(), sink).with_context(unwritten)?;
+        let mut points = ScenePoints::new(self.format.into(), sink);
         for number in 1..=self.frames {
             if let Some(signal) = stop.asked() {
                 tracing::info!("{signal}: stopped after {} frames", number - 1);
@@ -163,6 +167,10 @@ impl Play {
         }
         points.finish().with_context(unwritten)
     }
+}
+
+fn finish(path: &Path, file: NewFile) -> anyhow::Result<()> {
+    file.finish().with_context(|| files::cannot_write(path))
 }
 
 fn list(sink: &mut impl Write) -> io::Result<()> {

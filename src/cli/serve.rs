@@ -4,8 +4,9 @@
 //! Out: a running daemon, and its frames as JSON lines or a recording on stdout.
 //! Must not know: how points are parsed, what the engine does with them.
 
-use std::io;
+use std::fs::File;
 use std::num::NonZeroUsize;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context;
@@ -13,9 +14,9 @@ use clap::{ArgGroup, Args, ValueEnum};
 use hopes::topology::Options;
 use hopes_protocol::{Simplify, View};
 
-use super::Failure;
 use super::args::{PLACES, SocketArgs, TrackArgs, ViewArgs, duration, host_and_port, resolution, window};
-use crate::daemon::{self, BATCH, Feed, Input, Settings, Sink, Source, Stop, StreamSettings};
+use super::{Failure, files};
+use crate::daemon::{self, BATCH, DaemonError, Feed, Input, Settings, Sink, Source, Stop, StreamSettings};
 use crate::formats::frame_writer::{FrameForm, FrameWriter};
 use crate::formats::input::{Columns, Format};
 use crate::formats::points::{Form, Origin, PointSource};
@@ -162,7 +163,11 @@ impl Serve {
         let alone = self.sockets.listen.is_empty();
         let input = self.input.or(alone.then(InputFormat::default));
         let output = self.output.or((alone && self.page.address.is_none()).then(OutputFormat::default));
-        let sink = output.map(|output| self.sink(output)).transpose()?;
+        if input.is_some() {
+            files::check_stdin()?;
+        }
+        let recording = output.map(|output| self.frame_writer(output)).transpose()?;
+        let sink = recording.clone().map(|recording| -> Sink { Box::new(move |frame| lock(&recording).write(frame)) });
         let columns = self.columns.clone();
         let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
         let allow_remote = self.sockets.allow_remote;
@@ -170,16 +175,18 @@ impl Serve {
         let place = |address: &String| PageAddress { address: address.clone(), names: names.clone(), allow_remote };
         let page = address.as_ref().map(|address| Page::bind(place(address))).transpose()?;
         let stop = Stop::listen().context("cannot listen to signals")?;
-        Ok(daemon::run(self.settings(), source, sink, page.map(Page::http), &stop)?)
+        let outcome = daemon::run(self.settings(), source, sink, page.map(Page::http), &stop);
+        let finished = recording.map_or(Ok(()), |recording| finish(&recording, &outcome));
+        outcome?;
+        Ok(finished?)
     }
 
-    fn sink(&self, output: OutputFormat) -> Result<Sink, Failure> {
+    fn frame_writer(&self, output: OutputFormat) -> Result<Shared, Failure> {
         let form = match output {
             OutputFormat::Jsonl => FrameForm::Lines,
             OutputFormat::Bin => FrameForm::Binary,
         };
-        let mut writer = FrameWriter::new(form, self.track_list, io::stdout()).context("cannot write frames")?;
-        Ok(Box::new(move |frame| writer.write(frame)))
+        Ok(Arc::new(Mutex::new(FrameWriter::new(form, self.track_list, files::stdout()?))))
     }
 
     fn settings(self) -> Settings {
@@ -201,6 +208,24 @@ impl Serve {
             streams: self.sockets.stream,
         }
     }
+}
+
+/// What the daemon's writer writes, and this at the end.
+type Shared = Arc<Mutex<FrameWriter<File>>>;
+
+fn lock(writer: &Shared) -> MutexGuard<'_, FrameWriter<File>> {
+    writer.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Writes the end, with the reason, unless frames could not be written or there never were any.
+fn finish(writer: &Shared, outcome: &Result<(), DaemonError>) -> anyhow::Result<()> {
+    let reason = match outcome {
+        Err(DaemonError::Sink(_)) => return Ok(()),
+        Err(_) if !lock(writer).has_begun() => return Ok(()),
+        Err(error) => error.to_string(),
+        Ok(()) => "the daemon has ended".to_owned(),
+    };
+    lock(writer).finish(&reason).context("cannot write frames")
 }
 
 fn read_stdin(input: InputFormat, columns: Columns, feed: &Feed) {

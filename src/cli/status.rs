@@ -12,8 +12,8 @@ use clap::Args;
 use hopes_protocol::{Status as Numbers, StreamStatus};
 use indicatif::{HumanBytes, HumanCount};
 
-use super::Failure;
 use super::args::From;
+use super::{Failure, files};
 use crate::client::status::ask;
 use crate::formats::aligned::{self, Column, numbers, words};
 
@@ -32,6 +32,7 @@ pub struct Status {
 
 impl Status {
     pub fn run(self) -> Result<(), Failure> {
+        let mut stdout = files::stdout()?;
         let status = ask(&self.from.from)?;
         let mut text = Vec::new();
         if self.json {
@@ -40,8 +41,7 @@ impl Status {
         } else {
             write_table(&mut text, &status).context("cannot write the table")?;
         }
-        io::stdout().write_all(&text).context("cannot write to stdout")?;
-        Ok(())
+        Ok(stdout.write_all(&text).context(files::CANNOT_WRITE_TO_STDOUT)?)
     }
 }
 

@@ -7,7 +7,6 @@
 //! Must not know: how lines are read, how tables and pictures are made.
 
 use std::fmt;
-use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
@@ -17,6 +16,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, anyhow};
 use clap::Args;
 
+use super::files::NewFile;
 use super::{Failure, files};
 use crate::daemon::{InputErrors, Stop};
 use crate::formats::picture;
@@ -43,7 +43,7 @@ pub struct Tracks {
     /// Also draw the lives as bars, into this file.
     ///
     /// Bars are coloured by persistence, and paler where a track is not selected. Splits and mergers are links;
-    /// relatives are beside each other.
+    /// relatives are beside each other. A file that is there is replaced at the end, as a whole, or not at all.
     #[arg(long, value_name = "PICTURE")]
     svg: Option<PathBuf>,
     /// Draw the N most persistent tracks only; the picture says how many are left out.
@@ -88,6 +88,7 @@ impl Tracks {
         let source = files::open(&self.file)?;
         // A picture that cannot be written is refused before the reading starts.
         let picture = self.svg.as_ref().map(|path| files::create(path).map(|file| (path, file))).transpose()?;
+        let stdout = files::stdout()?;
         let mut stop = Stop::listen().context("cannot listen to signals")?;
         let mut reading = Reading { lives: Lives::default(), input_errors: InputErrors::new(self.strict), frames: 0 };
         reading.read(&start(source)?, &mut stop).map_err(|failure| failure.of(&name))?;
@@ -99,16 +100,16 @@ impl Tracks {
         if let Some((path, file)) = picture {
             self.draw(&lives, file).with_context(|| files::cannot_write(path))?;
         }
-        let mut stdout = files::buffered(io::stdout().lock());
-        self.format.write(&lives, input_errors.count(), &mut stdout).context("cannot write to stdout")?;
-        Ok(())
+        let mut stdout = files::buffered(stdout);
+        let written = self.format.write(&lives, input_errors.count(), &mut stdout);
+        Ok(written.context(files::CANNOT_WRITE_TO_STDOUT)?)
     }
 
-    fn draw(&self, lives: &Lives, mut file: File) -> anyhow::Result<()> {
+    fn draw(&self, lives: &Lives, file: NewFile) -> anyhow::Result<()> {
         let name = self.file.file_stem().and_then(|stem| stem.to_str()).filter(|&stem| stem != "-");
         let chart = chart(lives, self.most as usize, self.axis, name)?;
-        file.write_all(picture::barcode(&chart).as_bytes())?;
-        Ok(())
+        (&file).write_all(picture::barcode(&chart).as_bytes())?;
+        Ok(file.finish()?)
     }
 }
 

@@ -2,11 +2,10 @@
 //!
 //! In: options.
 //! Out: a line a frame, events, JSON lines, or a recording.
-//! Invariants: a closed pipe and a first signal are no errors.
+//! Invariants: a closed pipe and a first signal are no errors, unless a signal comes while nobody reads the output.
 //! Must not know: how streams are followed, how messages are written.
 
-use std::io;
-
+use anyhow::Context;
 use clap::Args;
 use hopes_protocol::{Simplify, TracksWanted};
 use indicatif::ProgressBar;
@@ -49,9 +48,13 @@ impl Watch {
         if self.output == MessageForm::Events && wanted.tracks == TracksWanted::No {
             wanted.tracks = TracksWanted::Events;
         }
-        let writer = MessageWriter::new(self.output, files::buffered(io::stdout().lock()))?;
-        let frames = follow(&wanted, &mut Shown { writer, progress: ProgressBar::hidden() })?;
+        let writer = MessageWriter::new(self.output, files::buffered(files::stdout()?));
+        let mut shown = Shown::new(writer, ProgressBar::hidden());
+        let ended = follow(&wanted, &mut shown);
+        let finished = shown.finish(&ended);
+        // A log line that nobody wants evaluates nothing.
+        let frames = ended?.frames;
         tracing::debug!("{frames} frames");
-        Ok(())
+        Ok(finished.context("cannot write frames")?)
     }
 }

@@ -41,6 +41,9 @@ const SHORT: Timeouts = Timeouts { connect: Duration::from_secs(2), greet: Durat
 /// After so long without a connection, no further attempt is made.
 const PERSEVERANCE: Duration = Duration::from_secs(60);
 
+/// The reason to end once all wanted frames have come.
+const ALL_THERE: &str = "all wanted frames are there";
+
 /// Where proved messages go.
 pub trait MessageSink {
     /// Writes a message about the stream of that name, which came so long after the first message.
@@ -77,12 +80,21 @@ pub struct Subscription {
     pub reconnect: bool,
 }
 
-/// How a connection ended in good order.
+/// How following ended in good order.
+#[derive(Debug)]
+pub struct Followed {
+    /// So many were handed on.
+    pub frames: u64,
+    /// For people.
+    pub reason: String,
+}
+
+/// How a connection ended in good order, and why.
 enum Ended {
     /// By this side.
-    Done,
+    Done(String),
     /// By the daemon.
-    Goodbye,
+    Goodbye(String),
 }
 
 /// What is to be done after a message.
@@ -90,7 +102,8 @@ enum Then {
     GoOn,
     /// There is a gap, which only a new subscription closes.
     SubscribeAnew,
-    Goodbye,
+    /// The daemon has ended the connection, for this reason.
+    Goodbye(String),
 }
 
 struct Following<'a, S> {
@@ -107,16 +120,16 @@ struct Following<'a, S> {
     begun: Option<Instant>,
     /// When to end, once all wanted frames are there.
     ends: Option<Instant>,
-    /// When the connection was lost, until a message comes on a new one.
-    lost: Option<Instant>,
+    /// How long there was no connection, until a message comes on a new one.
+    lost: Option<Duration>,
     pause: Duration,
 }
 
-/// Follows until the daemon or a signal ends it. The number of frames.
+/// Follows until the daemon or a signal ends it.
 ///
 /// # Errors
 /// [`FollowError`].
-pub fn follow(wanted: &Subscription, sink: &mut impl MessageSink) -> Result<u64, FollowError> {
+pub fn follow(wanted: &Subscription, sink: &mut impl MessageSink) -> Result<Followed, FollowError> {
     // Until there is a connection, a signal ends the process: there is nothing to end in good order.
     let client = Client::connect(&wanted.from, SOFTWARE, Timeouts::default())?;
     let stop = Stop::listen().map_err(FollowError::Signals)?;
@@ -132,7 +145,7 @@ pub fn follow_until(
     client: Client,
     wanted: &Subscription,
     sink: &mut impl MessageSink,
-) -> Result<u64, FollowError> {
+) -> Result<Followed, FollowError> {
     let following = Following {
         wanted,
         sink,
@@ -150,20 +163,24 @@ pub fn follow_until(
 }
 
 impl<S: MessageSink> Following<'_, S> {
-    fn run(mut self, mut client: Client) -> Result<u64, FollowError> {
+    fn run(mut self, mut client: Client) -> Result<Followed, FollowError> {
         loop {
             match self.converse(client) {
-                Ok(Ended::Done) => return Ok(self.frames),
-                Ok(Ended::Goodbye) if !self.wanted.reconnect => return Ok(self.frames),
-                Ok(Ended::Goodbye) => {}
+                Ok(Ended::Done(reason)) => return Ok(self.followed(reason)),
+                Ok(Ended::Goodbye(reason)) if !self.wanted.reconnect => return Ok(self.followed(reason)),
+                Ok(Ended::Goodbye(_)) => {}
                 Err(FollowError::Client(error)) if self.wanted.reconnect => tracing::warn!("{}", Chain(&error)),
                 Err(error) => return Err(error),
             }
             match self.reconnect()? {
-                Some(again) => client = again,
-                None => return Ok(self.frames),
+                Ok(again) => client = again,
+                Err(signal) => return Ok(self.followed(signal.to_owned())),
             }
         }
+    }
+
+    fn followed(&self, reason: String) -> Followed {
+        Followed { frames: self.frames, reason }
     }
 
     fn converse(&mut self, mut client: Client) -> Result<Ended, FollowError> {
@@ -172,11 +189,11 @@ impl<S: MessageSink> Following<'_, S> {
             if let Some(signal) = self.stop.asked() {
                 tracing::info!("{signal}: stopped after {} frames", self.frames);
                 client.receiving.goodbye(signal);
-                return Ok(Ended::Done);
+                return Ok(Ended::Done(signal.to_owned()));
             }
             if self.ends.is_some_and(|ends| Instant::now() >= ends) {
-                client.receiving.goodbye("all wanted frames are there");
-                return Ok(Ended::Done);
+                client.receiving.goodbye(ALL_THERE);
+                return Ok(Ended::Done(ALL_THERE.to_owned()));
             }
             let soon = Instant::now() + MOMENT;
             match client.receiving.receive_until(self.ends.map_or(soon, |ends| ends.min(soon)))? {
@@ -191,7 +208,7 @@ impl<S: MessageSink> Following<'_, S> {
                         client.sending.send(self.channel, Unsubscribe {})?;
                         self.subscribe(&client.sending, false)?;
                     }
-                    Then::Goodbye => return Ok(Ended::Goodbye),
+                    Then::Goodbye(reason) => return Ok(Ended::Goodbye(reason)),
                 },
             }
         }
@@ -213,7 +230,7 @@ impl<S: MessageSink> Following<'_, S> {
         match message {
             Message::Goodbye(goodbye) => {
                 self.part(&goodbye.reason, goodbye.streams.iter().cloned().collect());
-                return Ok(Then::Goodbye);
+                return Ok(Then::Goodbye(format!("the daemon says goodbye: {}", goodbye.reason)));
             }
             Message::Error(report) if [0, self.channel].contains(&channel) => return Err(self.refused(report)),
             _ if channel != self.channel => {
@@ -325,20 +342,24 @@ impl<S: MessageSink> Following<'_, S> {
         }
     }
 
-    /// A new connection; none if a signal comes first.
-    fn reconnect(&mut self) -> Result<Option<Client>, FollowError> {
-        let lost = *self.lost.get_or_insert_with(Instant::now);
+    /// A new connection; the signal if one comes first.
+    fn reconnect(&mut self) -> Result<Result<Client, &'static str>, FollowError> {
         loop {
             tracing::info!("connecting again in {}", humantime::format_duration(self.pause));
             if let Some(signal) = self.stop.wait(self.pause) {
                 tracing::info!("{signal}: stopped after {} frames", self.frames);
-                return Ok(None);
+                return Ok(Err(signal));
             }
+            let begun = Instant::now();
+            let connected = Client::connect(&self.wanted.from, SOFTWARE, SHORT);
+            // A time during which this program was stopped does not count.
+            let tried = self.pause + begun.elapsed().min(SHORT.connect + SHORT.greet);
+            let lost = *self.lost.insert(self.lost.unwrap_or_default() + tried);
             self.pause = (self.pause * 2).min(PAUSES[1]);
-            match Client::connect(&self.wanted.from, SOFTWARE, SHORT) {
-                Ok(client) => return Ok(Some(client)),
+            match connected {
+                Ok(client) => return Ok(Ok(client)),
                 Err(error @ ClientError::Versions { .. }) => return Err(error.into()),
-                Err(error) if lost.elapsed() < PERSEVERANCE => tracing::debug!("{error}"),
+                Err(error) if lost < PERSEVERANCE => tracing::debug!("{error}"),
                 Err(reason) => return Err(FollowError::Unreachable { seconds: PERSEVERANCE.as_secs(), reason }),
             }
         }

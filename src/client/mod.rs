@@ -17,5 +17,6 @@ mod running;
 pub mod status;
 pub mod verify;
 
+pub use chain::Chain;
 pub use connection::{Client, SOFTWARE, Timeouts};
 pub use error::ClientError;

@@ -10,6 +10,7 @@ use std::io::{self, BufWriter, Write};
 use hopes_protocol::{Banner, Message, VERSION, encode};
 
 use super::frame_line::FrameLine;
+use super::recording;
 use crate::daemon::{DEFAULT_STREAM, OutputFrame};
 
 /// How frames are written.
@@ -33,19 +34,15 @@ pub struct FrameWriter<W: Write> {
     lists_tracks: bool,
     /// The frame up to which the recording has tracks; 0 for none.
     recorded: u64,
+    /// The last frame.
+    last: Option<u64>,
 }
 
 impl<W: Write> FrameWriter<W> {
-    /// Begins the output; a recording begins with a banner.
-    ///
-    /// # Errors
-    /// Those of the sink.
-    pub fn new(form: FrameForm, lists_tracks: bool, sink: W) -> io::Result<Self> {
-        let mut sink = BufWriter::with_capacity(1 << 16, sink);
-        if form == FrameForm::Binary {
-            sink.write_all(&Banner { lowest: VERSION, highest: VERSION }.encode())?;
-        }
-        Ok(Self { sink, form, lists_tracks, recorded: 0 })
+    /// Nothing is written yet: the banner of a recording comes with the first frame, or with the end.
+    pub fn new(form: FrameForm, lists_tracks: bool, sink: W) -> Self {
+        let sink = BufWriter::with_capacity(1 << 16, sink);
+        Self { sink, form, lists_tracks, recorded: 0, last: None }
     }
 
     /// Writes a frame, and flushes it.
@@ -56,6 +53,24 @@ impl<W: Write> FrameWriter<W> {
         match self.form {
             FrameForm::Lines => self.write_line(&frame)?,
             FrameForm::Binary => self.record(frame)?,
+        }
+        self.sink.flush()
+    }
+
+    /// Whether there was a frame.
+    pub fn has_begun(&self) -> bool {
+        self.last.is_some()
+    }
+
+    /// Writes the end; only a recording says so, and why.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn finish(&mut self, reason: &str) -> io::Result<()> {
+        if self.form == FrameForm::Binary {
+            self.begin()?;
+            let streams = self.last.map(|frame| (DEFAULT_STREAM.to_owned(), frame)).into_iter().collect();
+            self.put(0, &recording::end(reason, &streams))?;
         }
         self.sink.flush()
     }
@@ -71,15 +86,24 @@ impl<W: Write> FrameWriter<W> {
 
     fn record(&mut self, OutputFrame { diff, tracks }: OutputFrame) -> io::Result<()> {
         let stream = diff.stream;
-        self.put(&Message::Diff(diff))?;
+        self.begin()?;
+        self.last = Some(diff.frame.number);
+        self.put(CHANNEL, &Message::Diff(diff))?;
         if let Some(tracks) = tracks {
-            self.put(&Message::Tracks(tracks.message(stream, self.recorded, self.lists_tracks)))?;
+            self.put(CHANNEL, &Message::Tracks(tracks.message(stream, self.recorded, self.lists_tracks)))?;
             self.recorded = tracks.frame;
         }
         Ok(())
     }
 
-    fn put(&mut self, message: &Message) -> io::Result<()> {
-        self.sink.write_all(&encode(VERSION, CHANNEL, message).map_err(io::Error::other)?)
+    fn begin(&mut self) -> io::Result<()> {
+        if self.last.is_some() {
+            return Ok(());
+        }
+        self.sink.write_all(&Banner { lowest: VERSION, highest: VERSION }.encode())
+    }
+
+    fn put(&mut self, channel: u32, message: &Message) -> io::Result<()> {
+        self.sink.write_all(&encode(VERSION, channel, message).map_err(io::Error::other)?)
     }
 }

@@ -47,14 +47,14 @@ pub enum MessageWriter<W> {
 }
 
 impl<W: Write> MessageWriter<W> {
-    /// Begins the output; a recording begins with a banner.
-    pub fn new(form: MessageForm, sink: W) -> io::Result<Self> {
-        Ok(match form {
+    /// Nothing is written yet.
+    pub fn new(form: MessageForm, sink: W) -> Self {
+        match form {
             MessageForm::Text => Self::Text(sink),
             MessageForm::Events => Self::Events(sink),
             MessageForm::Jsonl => Self::Jsonl(sink),
-            MessageForm::Bin => Self::Bin(Recording::new(sink)?),
-        })
+            MessageForm::Bin => Self::Bin(Recording::new(sink)),
+        }
     }
 
     /// Writes a message about the stream of that name, which came so long after the first message.
@@ -63,7 +63,15 @@ impl<W: Write> MessageWriter<W> {
             Self::Text(sink) => as_text(sink, name, message).and_then(|()| sink.flush()),
             Self::Events(sink) => as_events(sink, name, message).and_then(|()| sink.flush()),
             Self::Jsonl(sink) => as_json(sink, name, message).and_then(|()| sink.flush()),
-            Self::Bin(recording) => recording.write(elapsed, channel, message),
+            Self::Bin(recording) => recording.write(name, elapsed, channel, message),
+        }
+    }
+
+    /// Ends the output; only a recording says so, and why.
+    pub fn finish(&mut self, elapsed: Duration, reason: &str) -> io::Result<()> {
+        match self {
+            Self::Text(_) | Self::Events(_) | Self::Jsonl(_) => Ok(()),
+            Self::Bin(recording) => recording.finish(elapsed, reason),
         }
     }
 

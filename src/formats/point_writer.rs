@@ -60,12 +60,9 @@ enum Line<'a, C> {
 }
 
 impl<W: Write> PointWriter<W> {
-    /// Begins.
-    pub fn new(form: PointForm, mut sink: W) -> io::Result<Self> {
-        if form == PointForm::Bin {
-            sink.write_all(&Banner { lowest: VERSION, highest: VERSION }.encode())?;
-        }
-        Ok(Self { form, sink, sequence: 0 })
+    /// Nothing is written yet.
+    pub fn new(form: PointForm, sink: W) -> Self {
+        Self { form, sink, sequence: 0 }
     }
 
     /// Adds points.
@@ -111,7 +108,22 @@ impl<W: Write> PointWriter<W> {
         writeln!(self.sink)
     }
 
+    /// Ends: messages have a banner, even if there are none.
+    pub fn finish(&mut self) -> io::Result<()> {
+        if self.form == PointForm::Bin && self.sequence == 0 {
+            self.banner()?;
+        }
+        self.flush()
+    }
+
+    fn banner(&mut self) -> io::Result<()> {
+        self.sink.write_all(&Banner { lowest: VERSION, highest: VERSION }.encode())
+    }
+
     fn message(&mut self, message: impl FnOnce(u64) -> Message) -> io::Result<()> {
+        if self.sequence == 0 {
+            self.banner()?;
+        }
         let message = message(self.sequence);
         self.sequence += 1;
         self.sink.write_all(&encode(VERSION, CHANNEL, &message).map_err(io::Error::other)?)

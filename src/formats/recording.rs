@@ -4,14 +4,16 @@
 //! Out: messages with the place where each began; bytes for any [`Write`].
 //! Invariants: a file that was cut off gives all whole frames before the cut, and the place of the cut. A damaged
 //! one gives an error with its place. Memory grows with the bytes that are there, never with a length that they
-//! announce. Only whole frames are written.
+//! announce. Only whole frames are written. What ended in good order ends with an end.
 //! Must not know: what becomes of the messages.
 
+use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use std::time::Duration;
 
 use hopes_protocol::{
-    Banner, BodyError, Decoder, Elapsed, FrameError, LARGEST_FRAME, Message, NoCommonVersion, VERSION, encode,
+    Banner, BodyError, Decoder, Diff, Elapsed, FrameError, Goodbye, LARGEST_FRAME, Message, NoCommonVersion, Snapshot,
+    VERSION, encode,
 };
 use thiserror::Error;
 
@@ -145,26 +147,50 @@ impl<R: Read> Frames<R> {
     }
 }
 
+/// The end of a recording: why it ends, and the last frame of each stream that has not ended before.
+pub fn end(reason: &str, streams: &BTreeMap<String, u64>) -> Message {
+    let streams = streams.iter().map(|(name, &frame)| (name.clone(), frame)).collect();
+    Goodbye { reason: reason.to_owned(), streams }.into()
+}
+
 /// A recording that is being written.
 #[derive(Debug)]
 pub struct Recording<W> {
     sink: W,
     bytes: u64,
+    /// The last frame of each stream that has not ended.
+    streams: BTreeMap<String, u64>,
+    has_ended: bool,
 }
 
 impl<W: Write> Recording<W> {
-    /// Begins with the banner.
-    pub fn new(mut sink: W) -> io::Result<Self> {
-        let banner = Banner { lowest: VERSION, highest: VERSION }.encode();
-        sink.write_all(&banner)?;
-        sink.flush()?;
-        Ok(Self { sink, bytes: banner.len() as u64 })
+    /// Nothing is written yet: the banner comes with the first message.
+    pub fn new(sink: W) -> Self {
+        Self { sink, bytes: 0, streams: BTreeMap::new(), has_ended: false }
     }
 
-    /// Writes a message that came so long after the recording began, as a whole.
-    pub fn write(&mut self, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
+    /// Writes a message about the stream of that name, which came so long after the recording began, as a whole.
+    pub fn write(&mut self, name: &str, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
+        self.put(elapsed, channel, message)?;
+        self.note(name, message);
+        Ok(())
+    }
+
+    /// Writes the end, unless it was written.
+    pub fn finish(&mut self, elapsed: Duration, reason: &str) -> io::Result<()> {
+        if self.has_ended { Ok(()) } else { self.write("", elapsed, 0, &end(reason, &self.streams)) }
+    }
+
+    /// How much was written.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    fn put(&mut self, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
         let nanoseconds = u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX);
-        let mut bytes = encode(VERSION, 0, &Elapsed { nanoseconds }.into()).map_err(io::Error::other)?;
+        let banner = Banner { lowest: VERSION, highest: VERSION }.encode();
+        let mut bytes = if self.bytes == 0 { banner.to_vec() } else { Vec::new() };
+        bytes.extend(encode(VERSION, 0, &Elapsed { nanoseconds }.into()).map_err(io::Error::other)?);
         bytes.extend(encode(VERSION, channel, message).map_err(io::Error::other)?);
         self.sink.write_all(&bytes)?;
         self.sink.flush()?;
@@ -172,8 +198,17 @@ impl<W: Write> Recording<W> {
         Ok(())
     }
 
-    /// How much was written.
-    pub fn bytes(&self) -> u64 {
-        self.bytes
+    fn note(&mut self, name: &str, message: &Message) {
+        match message {
+            Message::Snapshot(Snapshot { frame, .. }) | Message::Diff(Diff { frame, .. }) => {
+                match self.streams.get_mut(name) {
+                    Some(last) => *last = frame.number,
+                    None => drop(self.streams.insert(name.to_owned(), frame.number)),
+                }
+            }
+            Message::StreamClosed(_) => drop(self.streams.remove(name)),
+            Message::Goodbye(_) => self.has_ended = true,
+            _ => {}
+        }
     }
 }

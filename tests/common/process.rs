@@ -16,7 +16,7 @@ use rustix::process::{Pid, Signal, kill_process};
 const TIMEOUT: Duration = Duration::from_secs(100);
 
 /// The program with its arguments, before it is started.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Hopes(Vec<OsString>);
 
 /// The program with arguments, separated by spaces.
@@ -223,6 +223,12 @@ impl Running {
         // The name is in brackets and may contain anything.
         let (_, fields) = stat.rsplit_once(')').expect("the name ends");
         fields.split_whitespace().skip(11).take(2).map(|ticks| ticks.parse::<u64>().unwrap()).sum()
+    }
+
+    /// The number of bytes that it has written, to whatever.
+    pub fn written(&self) -> u64 {
+        let io = std::fs::read_to_string(format!("/proc/{}/io", self.child.id())).unwrap();
+        field(&io, "wchar").parse().unwrap()
     }
 
     /// Waits until it has read all of its input.

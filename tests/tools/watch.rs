@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::common::fake_daemon::{FakeDaemon, Peer, welcome};
 use crate::common::growing_stream::{GrowingStream, VIEW, recording};
-use crate::common::process::{Hopes, hopes};
+use crate::common::process::{Hopes, Running, hopes, settled};
 use crate::replay::{at_once, json_lines, messages, replay};
 
 fn watch(daemon: &FakeDaemon, arguments: &str) -> Hopes {
@@ -250,6 +250,39 @@ fn a_lost_connection_is_resumed() {
     assert_eq!(client.finish().code, Some(0));
 }
 
+#[test]
+fn a_signal_ends_a_client_whose_output_nobody_reads() {
+    let mut scene = GrowingStream::new(3);
+    let all: Vec<Message> = [scene.opened("default", 7), scene.snapshot(Cause::Start)]
+        .into_iter()
+        .chain((0..1000).map(|_| scene.diff()))
+        .collect();
+    let blocked = |mut client: Running| {
+        let stdout = client.take_stdout();
+        // What was sent is more than a pipe holds.
+        settled(Duration::from_millis(700), || Some(rustix::io::ioctl_fionread(&stdout).unwrap()).filter(|&n| n > 0));
+        client.signal(Signal::TERM);
+        let finished = client.ends();
+        assert_eq!(finished.code, Some(1), "{}", finished.err);
+        assert!(finished.err.contains("SIGTERM: stopped after "), "{}", finished.err);
+        assert!(finished.err.contains("frames; the rest is lost: nobody reads the output"), "{}", finished.err);
+    };
+    for program in ["watch --output jsonl", "record -o -"] {
+        let daemon = FakeDaemon::new();
+        let client = hopes(program).and("--from").with(daemon.address()).start();
+        let mut peer = daemon.greet();
+        let (channel, _) = peer.expect_subscribe();
+        let bytes: Vec<Vec<u8>> = all.iter().map(|message| encode(VERSION, channel, message).unwrap()).collect();
+        peer.write(&bytes.concat());
+        blocked(client);
+    }
+    let mut replaying = hopes("replay - --fast --output jsonl").start();
+    let (mut stdin, bytes) = (replaying.take_stdin(), recording(&at_once(&all)));
+    let feeder = std::thread::spawn(move || drop(std::io::Write::write_all(&mut stdin, &bytes)));
+    blocked(replaying);
+    feeder.join().unwrap();
+}
+
 // ---- record
 
 #[test]
@@ -278,6 +311,8 @@ fn a_recording_has_the_bytes_that_were_sent() {
             message => recorded.push(message),
         }
     }
+    let end = Goodbye { reason: "the daemon says goodbye: going home".to_owned(), streams: Vec::new() };
+    assert_eq!(recorded.pop(), Some(end.into()));
     assert_eq!(recorded, messages());
     let shown = |bytes: Vec<u8>| replay("--fast --output jsonl", bytes).text();
     assert_eq!(shown(bytes), shown(recording(&at_once(&messages()))));

@@ -2,7 +2,8 @@
 
 In: a path, or a binary file. Out: an iterator of frames, of the same type as from a daemon. Invariants: every returned
 frame was verified by its checksum. A file that ends within a frame gives all frames before, and then `truncated` is
-true.
+true. A file that ends without the end of a recording was cut off between two frames, or is older than that: then
+`end` is none.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import BinaryIO
 
 from .errors import HopesError, Malformed, ProtocolError, ResyncNeeded
 from .frame import Frame
-from .messages import Elapsed, Message, decode
+from .messages import Elapsed, Goodbye, Message, decode
 from .tracker import Tracker, more_of
 from .wire import LARGEST_FRAME, Banner, FrameBuffer
 
@@ -26,6 +27,8 @@ class Recording:
     def __init__(self, file: BinaryIO, largest_frame: int = LARGEST_FRAME) -> None:
         #: Whether the file ended within a frame. Known when the iteration has ended.
         self.truncated = False
+        #: Why the recording ended, if it has an end: else it was cut off. Known when the iteration has ended.
+        self.end: str | None = None
         self._file = file
         self._buffer = FrameBuffer(largest_frame)
         # A daemon that writes its stream to stdout does not announce it.
@@ -86,10 +89,15 @@ class Recording:
             frame = self._buffer.next_frame(self._version)
             if frame is not None:
                 message = decode(frame.type, frame.body, frame.version)
-                if not isinstance(message, Elapsed):
+                if self.end is not None:
+                    raise ProtocolError(f"a {type(message).__name__} follows the end of the recording")
+                if isinstance(message, Elapsed):
+                    self._elapsed = message.nanoseconds / 1e9
+                elif isinstance(message, Goodbye):
+                    self.end = message.reason
+                else:
                     assert isinstance(message, Message)
                     return message
-                self._elapsed = message.nanoseconds / 1e9
             elif not self._read_more():
                 self.truncated = len(self._buffer) > 0
                 return None

@@ -77,6 +77,17 @@ class Reading(unittest.TestCase):
             self.assertEqual(recording.truncated, length not in ends)
             self.assertEqual(len(frames), (length >= ends[4]) + (length >= ends[9]))
 
+    def test_an_end(self) -> None:
+        end = (m.Elapsed(2_000_000_000), m.Goodbye("SIGTERM", [("lidar", 2)]))
+        recording = read(recorded(*WHOLE, *end))
+        self.assertEqual([frame.number for frame in recording], [1, 2])
+        self.assertEqual((recording.end, recording.truncated), ("SIGTERM", False))
+        recording = read(recorded(*WHOLE))
+        self.assertEqual([frame.number for frame in recording], [1, 2])
+        self.assertIsNone(recording.end)
+        with self.assertRaises(hopes.ProtocolError):
+            list(read(recorded(*WHOLE, *end, diff())))
+
     def test_frames_before_a_broken_one_are_good(self) -> None:
         data = bytearray(recorded(opened(), snapshot(), diff()))
         data[-1] ^= 1

@@ -7,7 +7,6 @@
 //! printer has written them.
 //! Must not know: how frames are followed, what the page shows.
 
-use std::io;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, Scope};
 use std::time::Duration;
@@ -19,6 +18,7 @@ use indicatif::ProgressBar;
 use super::roles::{OVER, Role, Roles};
 use super::source::DemoSource;
 use crate::cli::Failure;
+use crate::cli::files;
 use crate::cli::following::Shown;
 use crate::client::delivery::Delivery;
 use crate::client::follow::{Subscription, follow_until};
@@ -146,8 +146,8 @@ impl Stage {
             reconnect: false,
         };
         let client = Client::connect(&self.address, SOFTWARE, Timeouts::default())?;
-        let writer = MessageWriter::new(MessageForm::Events, io::stdout())?;
-        follow_until(stop, client, &wanted, &mut Shown { writer, progress: ProgressBar::hidden() })?;
+        let writer = MessageWriter::new(MessageForm::Events, files::buffered(files::stdout()?));
+        follow_until(stop, client, &wanted, &mut Shown::new(writer, ProgressBar::hidden()))?;
         Ok(())
     }
 }

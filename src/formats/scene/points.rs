@@ -19,9 +19,9 @@ pub struct ScenePoints<W> {
 }
 
 impl<W: Write> ScenePoints<W> {
-    /// Begins.
-    pub fn new(form: PointForm, sink: W) -> io::Result<Self> {
-        Ok(Self { writer: PointWriter::new(form, sink)?, has_changes: form != PointForm::Text })
+    /// Nothing is written yet.
+    pub fn new(form: PointForm, sink: W) -> Self {
+        Self { writer: PointWriter::new(form, sink), has_changes: form != PointForm::Text }
     }
 
     /// Writes a frame, and closes it.
@@ -37,6 +37,6 @@ impl<W: Write> ScenePoints<W> {
 
     /// Flushes all that was written.
     pub fn finish(mut self) -> io::Result<()> {
-        self.writer.flush()
+        self.writer.finish()
     }
 }
