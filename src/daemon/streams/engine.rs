@@ -5,7 +5,9 @@
 //! Invariants:
 //! * Nothing is computed while nobody follows the stream. A frame is computed once, when it is closed, for everybody.
 //! * Every frame of a view starts from the one before. What is refused is counted in the frame that it was meant for.
-//! * The engine never waits for a consumer; it waits for the output.
+//! * The engine never waits for a consumer. It takes no further points while the output is not read, and serves
+//!   consumers meanwhile.
+//! * Points and frames have their share whatever consumers request: see [`RequestShare`].
 //!
 //! Must not know: parsing, sockets, connections.
 
@@ -13,22 +15,26 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, Sender, never, select, tick};
+use crossbeam_channel::{Receiver, after, never, select, tick};
 use hopes::topology::{Contradiction, Follower, Pipeline, TrackOptions, VertexId, ViewSpec, Window};
-use hopes_protocol as wire;
 
 use super::convert;
 use super::error::EngineError;
 use super::input::{Batch, Input};
-use super::publishing::cursor::Request;
+use super::output::{Output, OutputFrame, Sent};
+use super::publishing::cursor::Cursor;
 use super::publishing::track_log::TrackFrame;
 use super::publishing::views::{ViewFollower, Views};
 use super::queue::{Item, Origin};
 use super::reply::{BatchReply, RefusalReason};
+use super::request_share::RequestShare;
+use super::requests::{Next, Request};
 use super::roster::Roster;
 use super::stage_clock::StageClock;
 use super::stream::{ENDED, Stream};
 use crate::daemon::input_errors::InputErrors;
+use crate::daemon::locks::before_waiting;
+use crate::daemon::memory::{Charge, Memory};
 use crate::daemon::settings::{Limits, StreamSettings};
 
 /// An estimate of the bytes that a vertex takes in triangulation, tiles and views, measured at a million points.
@@ -36,26 +42,6 @@ const BYTES_OF_A_VERTEX: u64 = 900;
 
 /// An estimate of the bytes that a point of the window takes.
 const BYTES_OF_A_POINT: u64 = 40;
-
-/// A frame of the output.
-#[derive(Debug)]
-pub struct OutputFrame {
-    /// What has changed in the view.
-    pub diff: wire::Diff,
-    /// What has happened to tracks, if they are followed.
-    pub tracks: Option<Arc<TrackFrame>>,
-}
-
-/// Where a stream's frames go besides its consumers. The engine waits for its reader.
-#[derive(Debug)]
-pub struct Output {
-    /// The view that it shows.
-    pub view: wire::View,
-    /// Takes the frames.
-    pub frames: Sender<OutputFrame>,
-    /// Whether the stream ends when the reader has gone.
-    pub is_vital: bool,
-}
 
 /// The process' own input and output, for the stream that has them.
 #[derive(Debug, Default)]
@@ -93,6 +79,13 @@ pub struct Engine {
     input_errors: InputErrors,
     views: Views,
     output: Option<(Output, ViewFollower)>,
+    /// The first frame that the output did not take before the engine had to end.
+    unread: Option<u64>,
+    wakes: Receiver<()>,
+    share: RequestShare,
+    memory: Arc<Memory>,
+    /// What points and their triangulation take.
+    held: Charge,
     /// Refused since the last frame.
     rejected: u64,
     /// Points taken since the last frame.
@@ -108,9 +101,15 @@ pub struct Engine {
 
 impl Engine {
     /// An engine of a stream that is on the roster.
-    pub fn new(roster: Arc<Roster>, stream: Arc<Stream>, settings: EngineSettings) -> Self {
+    pub fn new(
+        roster: Arc<Roster>,
+        memory: Arc<Memory>,
+        stream: Arc<Stream>,
+        wakes: Receiver<()>,
+        settings: EngineSettings,
+    ) -> Self {
         let EngineSettings { stream: of_stream, limits, tracking, is_checking, standard } = settings;
-        let views = Views::new(Arc::clone(&stream.state), limits.history, tracking);
+        let views = Views::new(Arc::clone(&stream.state), Arc::clone(&memory), &limits, tracking);
         let (mut pipeline, clock) = (Pipeline::new(of_stream.options), Arc::new(StageClock::default()));
         let of_pipeline = Arc::clone(&clock);
         pipeline.set_stage_listener(move |stage| of_pipeline.begin(stage));
@@ -122,6 +121,11 @@ impl Engine {
                 let follower = ViewFollower::new(output.view);
                 (output, follower)
             }),
+            unread: None,
+            wakes,
+            share: RequestShare::default(),
+            held: stream.state.accounts.points.charge(0),
+            memory,
             roster,
             stream,
             settings: of_stream,
@@ -141,56 +145,91 @@ impl Engine {
     ///
     /// # Errors
     /// [`EngineError`].
-    pub fn run(mut self, wakes: &Receiver<()>, requests: &Receiver<Request>) -> Result<(), EngineError> {
-        let ticks = self.settings.frame_every.map_or_else(never, tick);
-        let worked = self.work(wakes, requests, &ticks);
+    pub fn run(mut self) -> Result<(), EngineError> {
+        let worked = self.work();
         self.stream.queue.close();
         self.input_errors.sum_up();
         worked?;
-        requests.try_iter().for_each(|request| self.serve(request));
+        self.stream.requests.close().into_iter().for_each(|request| self.serve(request));
         let reason = if self.is_over { "a producer has ended the stream" } else { ENDED };
         self.views.close(&mut self.pipeline, reason);
         for producer in self.stream.take_producers() {
             producer.close(self.pipeline.committed());
         }
         tracing::debug!("stream {:?} ended at frame {}", self.stream.state.name, self.pipeline.committed());
-        Ok(())
+        self.unread.map_or(Ok(()), |frame| Err(EngineError::OutputNotRead { frame }))
     }
 
-    fn work(
-        &mut self,
-        wakes: &Receiver<()>,
-        requests: &Receiver<Request>,
-        ticks: &Receiver<Instant>,
-    ) -> Result<(), EngineError> {
+    fn work(&mut self) -> Result<(), EngineError> {
+        let ticks = self.settings.frame_every.map_or_else(never, tick);
         while !self.is_over {
-            // Consumers do not wait for producers.
-            while let Ok(request) = requests.try_recv() {
-                self.serve(request);
-            }
+            let resting = self.serve_requests();
             if ticks.try_recv().is_ok() {
                 self.close_frame(None)?;
             }
             match self.stream.queue.pop() {
-                Some(item) => self.take(item)?,
+                Some(item) => {
+                    let begun = Instant::now();
+                    self.take(item)?;
+                    self.share.earn(begun.elapsed());
+                }
                 None if self.stream.queue.is_finished() => return self.close_last_frame(),
-                None => select! {
-                    recv(wakes) -> _ => {}
-                    recv(requests) -> request => if let Ok(request) = request { self.serve(request) },
-                    recv(ticks) -> _ => self.close_frame(None)?,
-                },
+                None => {
+                    before_waiting("points");
+                    let rested = resting.map_or_else(never, |until| after(until.duration_since(Instant::now())));
+                    select! {
+                        recv(self.wakes) -> _ => {}
+                        recv(rested) -> _ => {}
+                        recv(ticks) -> _ => self.close_frame(None)?,
+                    }
+                }
             }
         }
         Ok(())
     }
 
-    /// What came after the last commit is a frame too. An output gets at least one frame.
+    /// What came after the last commit is a frame too, if its source has ended by itself. An output gets at least one
+    /// frame then. A stream that is stopped closes no frame that nobody has closed, but for one that time would close.
     fn close_last_frame(&mut self) -> Result<(), EngineError> {
+        let is_stopped = self.stream.end_by().is_some();
+        if is_stopped && self.settings.frame_every.is_none() {
+            if self.points > 0 {
+                let (points, name) = (self.points, &self.stream.state.name);
+                tracing::info!("stream {name:?}: {points} points after the last frame are left out: nothing closed it");
+            }
+            return Ok(());
+        }
         let is_first = self.pipeline.committed() == 0 && self.output.is_some();
         if self.pending || is_first { self.close_frame(None) } else { Ok(()) }
     }
 
-    fn serve(&mut self, request: Request) {
+    /// Serves consumers, within the share of time that they have while points wait. Returns when to come back for those
+    /// that have to rest.
+    fn serve_requests(&mut self) -> Option<Instant> {
+        if self.stream.takes_relief() {
+            self.views.relieve();
+        }
+        loop {
+            if self.stream.queue.is_empty() {
+                self.share.reset();
+            } else if self.share.is_spent() {
+                return None;
+            }
+            match self.stream.requests.next() {
+                Next::Request(peer, request) => {
+                    let begun = Instant::now();
+                    self.serve(request);
+                    let took = begun.elapsed();
+                    self.share.spend(took);
+                    self.stream.requests.note_cost(peer, took);
+                }
+                Next::NotBefore(until) => return Some(until),
+                Next::Nothing => return None,
+            }
+        }
+    }
+
+    fn serve(&mut self, request: Request<Cursor>) {
         let begun = Instant::now();
         self.views.serve(request, &mut self.pipeline);
         // A frame that nobody followed when it was closed is computed for the first request.
@@ -327,11 +366,9 @@ impl Engine {
         if self.pipeline.vertex_count() as u64 >= limits.vertices {
             return Some(RefusalReason::StreamFull { what: "distinct positions", limit: limits.vertices });
         }
-        if limits.memory == 0 {
-            return None;
-        }
-        let held = self.roster.memory();
-        (held >= limits.memory).then_some(RefusalReason::DaemonFull { held, limit: limits.memory })
+        // What consumers take is dropped before points are refused.
+        let (held, limit) = (self.memory.points.held(), self.memory.limit);
+        self.memory.is_full_of_points().then_some(RefusalReason::DaemonFull { held, limit })
     }
 
     /// Closes the frame in hand, and publishes it.
@@ -347,12 +384,12 @@ impl Engine {
         let computed = begun.elapsed() + self.views.publish(&mut self.pipeline, rejected);
         tracing::trace!("stream {:?}: frame {number} took {:?}", self.stream.state.name, fed + computed);
         let published = begun.elapsed();
-        self.write_output(rejected, tracks);
         if self.is_checking {
             self.check()?;
         }
         self.note_times(fed, published);
         self.update_stats();
+        self.write_output(rejected, tracks);
         Ok(())
     }
 
@@ -373,14 +410,22 @@ impl Engine {
         times.total.observe((fed + computed + publishing).as_secs_f64());
     }
 
-    /// Waits while the reader of the output is behind.
+    /// Hands a frame to the output. While its reader is behind, no points are taken, but consumers are served.
     fn write_output(&mut self, rejected: u64, tracks: Option<Arc<TrackFrame>>) {
         let Some((output, follower)) = &mut self.output else { return };
         let Some(step) = follower.poll(&mut self.pipeline) else { return };
         let diff = convert::diff(self.stream.state.number, output.view, &step, rejected);
-        if output.frames.send(OutputFrame { diff, tracks }).is_err() {
-            // The reader has gone; the writer's thread says why.
-            (self.is_over, self.output) = (output.is_vital, None);
+        let (is_vital, output) = (output.is_vital, output.clone());
+        let mut frame = OutputFrame { diff, tracks };
+        loop {
+            let resting = self.serve_requests();
+            match output.send(frame, &self.wakes, resting, self.stream.end_by()) {
+                Sent::Taken => return,
+                Sent::NotYet(waiting) => frame = *waiting,
+                // The reader has gone; the writer's thread says why.
+                Sent::Gone => return (self.is_over, self.output) = (is_vital, None),
+                Sent::TooLate => return (self.unread, self.output) = (Some(step.number), None),
+            }
         }
     }
 
@@ -395,14 +440,13 @@ impl Engine {
     }
 
     /// Keeps the stream's numbers up to date.
-    fn update_stats(&self) {
+    fn update_stats(&mut self) {
         let (stats, pipeline) = (&self.stream.state.stats, &self.pipeline);
         let (points, vertices) = (pipeline.point_count(), pipeline.vertex_count() as u64);
         stats.points.store(points, Ordering::Relaxed);
         stats.vertices.store(vertices, Ordering::Relaxed);
         stats.computed.store(pipeline.computed(), Ordering::Relaxed);
-        let held = vertices * BYTES_OF_A_VERTEX + points * BYTES_OF_A_POINT + self.views.bytes() as u64;
-        stats.memory.store(held, Ordering::Relaxed);
+        self.held.set(vertices * BYTES_OF_A_VERTEX + points * BYTES_OF_A_POINT);
     }
 }
 

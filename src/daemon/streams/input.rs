@@ -59,6 +59,22 @@ impl Input {
         }
     }
 
+    /// About how many bytes it takes.
+    pub fn bytes(&self) -> usize {
+        let of_items = match self {
+            Self::Points(Batch { positions, times, tags, lines })
+            | Self::Retract(Batch { positions, times, tags, lines }) => {
+                size_of_val(positions.as_slice())
+                    + size_of_val(times.as_slice())
+                    + size_of_val(tags.as_slice())
+                    + size_of_val(lines.as_slice())
+            }
+            Self::Unreadable(text) | Self::Failed(text) => text.len(),
+            Self::Commit(_) | Self::Close { .. } => 0,
+        };
+        size_of::<Self>() + of_items
+    }
+
     /// Whether a full queue may drop it.
     pub fn may_be_dropped(&self) -> bool {
         matches!(self, Self::Points(_) | Self::Retract(_))
