@@ -100,6 +100,19 @@ pub enum ErrorCode {
     TooManyConnections = 13,
     /// The peer sent nothing, or an incomplete frame, for too long. The connection ends.
     TooSlow = 14,
+    /// The stream, or the peer, follows as many distinct views as it may.
+    TooManyViews = 15,
+    /// The daemon has reached its limit of memory. It takes no new reader.
+    NoMemory = 16,
+    /// There is no stream of this name.
+    NoStream = 17,
+    /// There is no peer of this number.
+    NoPeer = 18,
+    /// The connection is the one that is reserved for administration. It may list and ask, stop streams and disconnect
+    /// peers, nothing else.
+    Reserved = 19,
+    /// The peer does not take its answers. The connection ends.
+    TooFarBehind = 20,
 }
 
 /// Asks for a list of streams.
