@@ -7,7 +7,7 @@
 
 use std::io::{self, BufWriter, Write};
 
-use hopes_protocol::{Banner, Message, VERSION, encode};
+use hopes_protocol::{Banner, FILE_VERSION, Message, encode};
 
 use super::frame_line::FrameLine;
 use crate::daemon::{DEFAULT_STREAM, OutputFrame};
@@ -43,7 +43,7 @@ impl<W: Write> FrameWriter<W> {
     pub fn new(form: FrameForm, lists_tracks: bool, sink: W) -> io::Result<Self> {
         let mut sink = BufWriter::with_capacity(1 << 16, sink);
         if form == FrameForm::Binary {
-            sink.write_all(&Banner { lowest: VERSION, highest: VERSION }.encode())?;
+            sink.write_all(&Banner { lowest: FILE_VERSION, highest: FILE_VERSION }.encode())?;
         }
         Ok(Self { sink, form, lists_tracks, recorded: 0 })
     }
@@ -80,6 +80,6 @@ impl<W: Write> FrameWriter<W> {
     }
 
     fn put(&mut self, message: &Message) -> io::Result<()> {
-        self.sink.write_all(&encode(VERSION, CHANNEL, message).map_err(io::Error::other)?)
+        self.sink.write_all(&encode(FILE_VERSION, CHANNEL, message).map_err(io::Error::other)?)
     }
 }

@@ -9,7 +9,7 @@
 use std::fmt::Display;
 use std::io::{self, Write};
 
-use hopes_protocol::{Banner, Batch, Commit, Message, Retract, VERSION, encode};
+use hopes_protocol::{Banner, Batch, Commit, FILE_VERSION, Message, Retract, encode};
 use serde::Serialize;
 
 use crate::daemon::BATCH;
@@ -63,7 +63,7 @@ impl<W: Write> PointWriter<W> {
     /// Begins.
     pub fn new(form: PointForm, mut sink: W) -> io::Result<Self> {
         if form == PointForm::Bin {
-            sink.write_all(&Banner { lowest: VERSION, highest: VERSION }.encode())?;
+            sink.write_all(&Banner { lowest: FILE_VERSION, highest: FILE_VERSION }.encode())?;
         }
         Ok(Self { form, sink, sequence: 0 })
     }
@@ -114,7 +114,7 @@ impl<W: Write> PointWriter<W> {
     fn message(&mut self, message: impl FnOnce(u64) -> Message) -> io::Result<()> {
         let message = message(self.sequence);
         self.sequence += 1;
-        self.sink.write_all(&encode(VERSION, CHANNEL, &message).map_err(io::Error::other)?)
+        self.sink.write_all(&encode(FILE_VERSION, CHANNEL, &message).map_err(io::Error::other)?)
     }
 }
 

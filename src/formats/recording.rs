@@ -11,7 +11,7 @@ use std::io::{self, Read, Write};
 use std::time::Duration;
 
 use hopes_protocol::{
-    Banner, BodyError, Decoder, Elapsed, FrameError, LARGEST_FRAME, Message, NoCommonVersion, VERSION, encode,
+    Banner, BodyError, Decoder, Elapsed, FILE_VERSION, FrameError, LARGEST_FRAME, Message, NoCommonVersion, encode,
 };
 use thiserror::Error;
 
@@ -155,7 +155,7 @@ pub struct Recording<W> {
 impl<W: Write> Recording<W> {
     /// Begins with the banner.
     pub fn new(mut sink: W) -> io::Result<Self> {
-        let banner = Banner { lowest: VERSION, highest: VERSION }.encode();
+        let banner = Banner { lowest: FILE_VERSION, highest: FILE_VERSION }.encode();
         sink.write_all(&banner)?;
         sink.flush()?;
         Ok(Self { sink, bytes: banner.len() as u64 })
@@ -164,8 +164,8 @@ impl<W: Write> Recording<W> {
     /// Writes a message that came so long after the recording began, as a whole.
     pub fn write(&mut self, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
         let nanoseconds = u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX);
-        let mut bytes = encode(VERSION, 0, &Elapsed { nanoseconds }.into()).map_err(io::Error::other)?;
-        bytes.extend(encode(VERSION, channel, message).map_err(io::Error::other)?);
+        let mut bytes = encode(FILE_VERSION, 0, &Elapsed { nanoseconds }.into()).map_err(io::Error::other)?;
+        bytes.extend(encode(FILE_VERSION, channel, message).map_err(io::Error::other)?);
         self.sink.write_all(&bytes)?;
         self.sink.flush()?;
         self.bytes += bytes.len() as u64;

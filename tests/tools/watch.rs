@@ -267,7 +267,7 @@ fn a_recording_has_the_bytes_that_were_sent() {
     let bytes = std::fs::read(&file).unwrap();
     let mut decoder = Decoder::new(LARGEST_FRAME);
     decoder.push(&bytes);
-    assert_eq!(decoder.banner(), Ok(Some(Banner { lowest: VERSION, highest: VERSION })));
+    assert_eq!(decoder.banner(), Ok(Some(Banner { lowest: FILE_VERSION, highest: FILE_VERSION })));
     let (mut recorded, mut last) = (Vec::new(), 0);
     while let Some(frame) = decoder.frame().unwrap() {
         match frame.message().unwrap() {
