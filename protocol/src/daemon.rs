@@ -108,11 +108,6 @@ pub enum ErrorCode {
     NoStream = 17,
     /// There is no peer of this number.
     NoPeer = 18,
-    /// The connection is the one that is reserved for administration. It may list and ask, stop streams and disconnect
-    /// peers, nothing else.
-    Reserved = 19,
-    /// The peer does not take its answers. The connection ends.
-    TooFarBehind = 20,
 }
 
 /// Asks for a list of streams.

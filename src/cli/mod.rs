@@ -59,7 +59,7 @@ pub struct Cli {
 enum Command {
     Demo(demo::Demo),
     Compute(compute::Compute),
-    Serve(serve::Serve),
+    Serve(Box<serve::Serve>),
     Feed(feed::Feed),
     Watch(watch::Watch),
     Status(admin::status::Status),

@@ -303,7 +303,7 @@ impl<S: MessageSink> Following<'_, S> {
     fn refused(&self, report: &Report) -> FollowError {
         let (address, reason) = (self.wanted.from.clone(), report.text.clone());
         // These end the connection. A later attempt may succeed.
-        let ends = [ErrorCode::BadFrame, ErrorCode::TooManyConnections, ErrorCode::TooSlow, ErrorCode::TooFarBehind];
+        let ends = [ErrorCode::BadFrame, ErrorCode::TooManyConnections, ErrorCode::TooSlow];
         if ends.map(|code| code as u16).contains(&report.code) {
             ClientError::Rejected { address, reason }.into()
         } else {

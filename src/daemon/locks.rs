@@ -6,8 +6,8 @@
 //! * A thread takes locks in the order of their levels, never two of one level. So no two threads wait for each other.
 //! * A thread that waits for a queue, a socket or another thread holds no lock: whoever may wait calls
 //!   [`before_waiting`] first. The one exception is a condition, which gives back its own lock while it waits.
-//! * A panic of another thread does no harm: the guarded values are whole between any two statements, so a poisoned lock
-//!   guards whole data.
+//! * A panic of another thread does no harm: the guarded values are whole between any two statements, so a poisoned
+//!   lock guards whole data.
 //!
 //! Must not know: what is guarded.
 

@@ -2,8 +2,8 @@
 //!
 //! In: bytes that somebody allocates for a peer or a stream. Out: sums for each peer, each stream and the daemon.
 //!
-//! Invariants: what is charged is given back when the [`Charge`] is dropped, wherever that happens. A sum is that of the
-//! charges that are alive, its own and those of the accounts below it.
+//! Invariants: what is charged is given back when the [`Charge`] is dropped, wherever that happens. A sum is that of
+//! the charges that are alive, its own and those of the accounts below it.
 //!
 //! Must not know: what is held, what happens at a limit.
 

@@ -158,7 +158,7 @@ fn what_is_refused_is_told_with_the_daemons_reason() {
     let requests = [
         ("stop-stream scan", ErrorCode::NoStream, "no stream is called scan"),
         ("disconnect 3", ErrorCode::NoPeer, "there is no peer 3"),
-        ("status --peers", ErrorCode::Reserved, "not on this connection"),
+        ("status --peers", ErrorCode::Unexpected, "not on this connection"),
     ];
     for (arguments, code, reason) in requests {
         let daemon = FakeDaemon::new();

@@ -6,6 +6,7 @@
 //!
 //! Must not know: channels, who asks.
 
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -15,6 +16,7 @@ use super::members::Members;
 use crate::daemon::locks::before_waiting;
 use crate::daemon::settings::SOFTWARE;
 use crate::daemon::streams::directory::Directory;
+use crate::daemon::streams::stream::Stream;
 
 /// The protocol's word for what was wrong, and the same for people.
 pub type Refused = (ErrorCode, String);
@@ -44,7 +46,7 @@ pub fn answer(directory: &Directory, members: &Members, request: &Message) -> Re
 
 fn memory(directory: &Directory) -> wire::Memory {
     let memory = &directory.memory;
-    let of_stream = |stream: &std::sync::Arc<crate::daemon::streams::stream::Stream>| {
+    let of_stream = |stream: &Arc<Stream>| {
         let accounts = &stream.state.accounts;
         let (points, views, queue) = (accounts.points.held(), accounts.views.held(), accounts.queue.held());
         wire::StreamMemory { name: stream.state.name.clone(), points, views, queue }
@@ -58,6 +60,9 @@ fn memory(directory: &Directory) -> wire::Memory {
 }
 
 fn stop_stream(directory: &Directory, name: &str) -> Result<wire::StreamStopped, Refused> {
+    if !wire::is_name(name) {
+        return Err((ErrorCode::BadName, format!("{name:?} is no name of a stream")));
+    }
     let Some(stream) = directory.stream(name) else {
         return Err((ErrorCode::NoStream, format!("there is no stream {name:?}: see `hopes status`")));
     };

@@ -3,7 +3,8 @@
 //! In: an [`Address`]. Out: connected sockets for the [`Registry`].
 //!
 //! Invariants: a Unix socket is never open to others than its owner, not even for a moment. The socket of a daemon that
-//! is gone is replaced, that of a running one is not; of daemons that start at one path at once, one gets it. TCP is open to this machine only, unless asked for.
+//! is gone is replaced, that of a running one is not; of daemons that start at one path at once, one gets it. TCP is
+//! open to this machine only, unless asked for.
 //!
 //! Must not know: the protocol.
 

@@ -2,8 +2,8 @@
 //!
 //! In: bytes of the socket. Out: messages, to the [`Session`].
 //!
-//! Invariants: only bytes that are no frames end the connection. A peer that sends nothing, or only part of a frame, for
-//! too long is disconnected. What has not come as a whole is charged to the peer.
+//! Invariants: only bytes that are no frames end the connection. A peer that sends nothing, or only part of a frame,
+//! for too long is disconnected. What has not come as a whole is charged to the peer.
 //!
 //! Must not know: what messages say.
 

@@ -2,8 +2,8 @@
 //!
 //! In: connected sockets. Out: a reader and a writer thread for each; at the end, all of them joined.
 //!
-//! Invariants: there are never more connections than the limits say, and one that is reserved for administration. A peer
-//! that is one too many gets an error. Nobody waits for a socket while the list of members is locked.
+//! Invariants: there are never more connections than the limits say, and one that is reserved for administration. A
+//! peer that is one too many gets an error. Nobody waits for a socket while the list of members is locked.
 //!
 //! Must not know: what peers send.
 

@@ -2,8 +2,8 @@
 //!
 //! In: messages of a peer. Out: items for the queues of streams, subscriptions, replies.
 //!
-//! Invariants: a message that cannot be used is answered with an error and counted, and the next one is read. Everything
-//! that was accepted before the end is answered.
+//! Invariants: a message that cannot be used is answered with an error and counted, and the next one is read.
+//! Everything that was accepted before the end is answered.
 //!
 //! Must not know: bytes, what engines do.
 
@@ -160,6 +160,12 @@ impl<'a> Session<'a> {
     /// Answers a request of administration.
     fn administer(&self, channel: u32, request: &Message) -> Result<(), Refused> {
         self.check_free(channel)?;
+        let own = self.connection.consumer.peer;
+        if matches!(request, Message::Disconnect(disconnect) if disconnect.peer == own) {
+            self.connection.send(channel, wire::Disconnected { peer: own });
+            self.connection.say_goodbye("the peer has asked for it", Vec::new());
+            return Ok(());
+        }
         let answer = administration::answer(self.directory, self.members, request)?;
         self.connection.send(channel, answer);
         Ok(())
@@ -380,7 +386,11 @@ impl<'a> Session<'a> {
                     }
                 }
                 Channel::Producer(channel, _) if is_ending => self.connection.producers.lock().push(channel),
-                Channel::Producer(..) => {}
+                Channel::Producer(channel, stream) => {
+                    let reply_to = ReplyTo::new(channel, 0, None);
+                    // A stream that has ended has nothing to leave out.
+                    let _ = stream.queue.push(Item { input: Input::Abandon, origin: Origin::Producer(reply_to) });
+                }
             }
         }
         if !is_ending {

@@ -4,6 +4,7 @@
 //! each view's changes on its log, frames for the output.
 //! Invariants:
 //! * Nothing is computed while nobody follows the stream. A frame is computed once, when it is closed, for everybody.
+//! * Points of a producer join the stream at the producer's commit, unless the stream closes its frames by itself.
 //! * Every frame of a view starts from the one before. What is refused is counted in the frame that it was meant for.
 //! * The engine never waits for a consumer. It takes no further points while the output is not read, and serves
 //!   consumers meanwhile.
@@ -11,27 +12,27 @@
 //!
 //! Must not know: parsing, sockets, connections.
 
+mod feeding;
+
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, after, never, select, tick};
-use hopes::topology::{Contradiction, Follower, Pipeline, TrackOptions, VertexId, ViewSpec, Window};
+use hopes::topology::{Contradiction, Follower, Pipeline, TrackOptions, ViewSpec};
 
 use super::convert;
 use super::error::EngineError;
-use super::input::{Batch, Input};
 use super::output::{Output, OutputFrame, Sent};
 use super::publishing::cursor::Cursor;
 use super::publishing::track_log::TrackFrame;
 use super::publishing::views::{ViewFollower, Views};
-use super::queue::{Item, Origin};
-use super::reply::{BatchReply, RefusalReason};
 use super::request_share::RequestShare;
 use super::requests::{Next, Request};
 use super::roster::Roster;
 use super::stage_clock::StageClock;
 use super::stream::{ENDED, Stream};
+use super::uncommitted::Uncommitted;
 use crate::daemon::input_errors::InputErrors;
 use crate::daemon::locks::before_waiting;
 use crate::daemon::memory::{Charge, Memory};
@@ -90,6 +91,8 @@ pub struct Engine {
     rejected: u64,
     /// Points taken since the last frame.
     points: u64,
+    /// What producers have not committed.
+    uncommitted: Uncommitted,
     /// Whether anything came since the last frame.
     pending: bool,
     newest_time: Option<f64>,
@@ -110,6 +113,7 @@ impl Engine {
     ) -> Self {
         let EngineSettings { stream: of_stream, limits, tracking, is_checking, standard } = settings;
         let views = Views::new(Arc::clone(&stream.state), Arc::clone(&memory), &limits, tracking);
+        let uncommitted = Uncommitted::new(Arc::clone(&stream.state.accounts.queue));
         let (mut pipeline, clock) = (Pipeline::new(of_stream.options), Arc::new(StageClock::default()));
         let of_pipeline = Arc::clone(&clock);
         pipeline.set_stage_listener(move |stage| of_pipeline.begin(stage));
@@ -132,6 +136,7 @@ impl Engine {
             limits,
             is_checking,
             views,
+            uncommitted,
             rejected: 0,
             points: 0,
             pending: false,
@@ -237,140 +242,6 @@ impl Engine {
         self.update_stats();
     }
 
-    fn take(&mut self, item: Item) -> Result<(), EngineError> {
-        let Item { input, origin } = item;
-        match input {
-            Input::Points(batch) => self.insert(&batch, &origin)?,
-            Input::Retract(batch) => self.retract(&batch, &origin)?,
-            Input::Commit(time) => self.commit(time, &origin)?,
-            Input::Close { end } => self.close_source(end, &origin)?,
-            Input::Unreadable(error) => {
-                (self.pending, self.rejected) = (true, self.rejected + 1);
-                self.input_errors.add(&error)?;
-            }
-            Input::Failed(reason) => return Err(EngineError::Source(reason)),
-        }
-        Ok(())
-    }
-
-    fn commit(&mut self, time: Option<f64>, origin: &Origin) -> Result<(), EngineError> {
-        if let Some(Err(refusal)) = time.map(|time| self.pipeline.feed_time(time)) {
-            self.rejected += 1;
-            if matches!(origin, Origin::Stdin) {
-                self.input_errors.add(&refusal)?;
-            }
-        }
-        self.close_frame(time.filter(|time| time.is_finite()))?;
-        if let Origin::Producer(reply_to) = origin {
-            reply_to.committed(self.pipeline.committed());
-        }
-        Ok(())
-    }
-
-    fn close_source(&mut self, ends_stream: bool, origin: &Origin) -> Result<(), EngineError> {
-        // What stdin has said after its last commit is a frame.
-        if matches!(origin, Origin::Stdin) && self.pending {
-            self.close_frame(None)?;
-        }
-        if ends_stream {
-            self.close_last_frame()?;
-            // A producer may open the name anew as soon as it gets the reply: the name must be free by then.
-            self.stream.queue.close();
-            self.roster.remove(&self.stream);
-            self.is_over = true;
-        }
-        if let Origin::Producer(reply_to) = origin {
-            self.stream.remove_producer(reply_to.sink());
-            reply_to.sink().close(self.pipeline.committed());
-        }
-        Ok(())
-    }
-
-    fn insert(&mut self, batch: &Batch, origin: &Origin) -> Result<(), EngineError> {
-        let mut reply = BatchReply::new(batch);
-        let no_room = self.no_room();
-        let mut begun = Instant::now();
-        for (index, &(x, y)) in batch.positions.iter().enumerate() {
-            self.pending = true;
-            let time = batch.times.get(index).copied();
-            let placed = match &no_room {
-                Some(full) => Err(full.clone()),
-                None => self.insert_one(x, y, time),
-            };
-            self.note(&mut reply, batch, index, placed)?;
-            if self.settings.frame_points.is_some_and(|limit| self.points >= limit) {
-                self.worked += begun.elapsed();
-                self.close_frame(None)?;
-                begun = Instant::now();
-            }
-        }
-        self.worked += begun.elapsed();
-        self.update_stats();
-        self.stream.state.stats.accepted.fetch_add(reply.accepted(), Ordering::Relaxed);
-        self.stream.state.stats.refused.fetch_add(reply.refused(), Ordering::Relaxed);
-        send(reply, origin);
-        Ok(())
-    }
-
-    fn insert_one(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<VertexId, RefusalReason> {
-        let limit = self.limits.points;
-        // In a window of so many points the oldest leaves when one comes.
-        let makes_room = matches!(self.settings.options.window, Window::Points(length) if length.get() <= limit);
-        if self.pipeline.point_count() >= limit && !makes_room {
-            return Err(RefusalReason::StreamFull { what: "points", limit });
-        }
-        let vertex = self.pipeline.feed_point(x, y, time).map_err(RefusalReason::Refused)?;
-        self.points += 1;
-        self.newest_time = time.into_iter().chain(self.newest_time).reduce(f64::max);
-        Ok(vertex)
-    }
-
-    fn retract(&mut self, batch: &Batch, origin: &Origin) -> Result<(), EngineError> {
-        self.pending = true;
-        let mut reply = BatchReply::new(batch);
-        for (index, &(x, y)) in batch.positions.iter().enumerate() {
-            let retracted = self.pipeline.feed_retraction(x, y).map(|()| VertexId(0)).map_err(RefusalReason::Refused);
-            self.note(&mut reply, batch, index, retracted)?;
-        }
-        self.update_stats();
-        self.stream.state.stats.refused.fetch_add(reply.refused(), Ordering::Relaxed);
-        send(reply, origin);
-        Ok(())
-    }
-
-    /// Counts what became of a point.
-    fn note(
-        &mut self,
-        reply: &mut BatchReply,
-        batch: &Batch,
-        index: usize,
-        placed: Result<VertexId, RefusalReason>,
-    ) -> Result<(), EngineError> {
-        match placed {
-            Ok(vertex) => reply.accept(batch, index, vertex),
-            Err(reason) => {
-                self.rejected += 1;
-                if let Some(line) = batch.lines.get(index) {
-                    let (x, y) = batch.positions[index];
-                    self.input_errors.add(&format_args!("line {line}, point ({x}, {y}): {reason}"))?;
-                }
-                reply.refuse(index, &reason);
-            }
-        }
-        Ok(())
-    }
-
-    /// Why no batch can be taken now, if that is so.
-    fn no_room(&self) -> Option<RefusalReason> {
-        let limits = &self.limits;
-        if self.pipeline.vertex_count() as u64 >= limits.vertices {
-            return Some(RefusalReason::StreamFull { what: "distinct positions", limit: limits.vertices });
-        }
-        // What consumers take is dropped before points are refused.
-        let (held, limit) = (self.memory.points.held(), self.memory.limit);
-        self.memory.is_full_of_points().then_some(RefusalReason::DaemonFull { held, limit })
-    }
-
     /// Closes the frame in hand, and publishes it.
     fn close_frame(&mut self, time: Option<f64>) -> Result<(), EngineError> {
         let begun = Instant::now();
@@ -447,12 +318,5 @@ impl Engine {
         stats.vertices.store(vertices, Ordering::Relaxed);
         stats.computed.store(pipeline.computed(), Ordering::Relaxed);
         self.held.set(vertices * BYTES_OF_A_VERTEX + points * BYTES_OF_A_POINT);
-    }
-}
-
-/// Replies to a producer; stdin gets no reply.
-fn send(reply: BatchReply, origin: &Origin) {
-    if let Origin::Producer(reply_to) = origin {
-        reply.send(reply_to);
     }
 }

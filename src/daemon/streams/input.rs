@@ -36,6 +36,8 @@ pub enum Input {
         /// Whether the stream ends too.
         end: bool,
     },
+    /// The source is gone without a word: what it has not committed is left out.
+    Abandon,
     /// Something that could not be read, with where and why.
     Unreadable(String),
     /// The source has failed and sends nothing more.
@@ -70,7 +72,7 @@ impl Input {
                     + size_of_val(lines.as_slice())
             }
             Self::Unreadable(text) | Self::Failed(text) => text.len(),
-            Self::Commit(_) | Self::Close { .. } => 0,
+            Self::Commit(_) | Self::Close { .. } | Self::Abandon => 0,
         };
         size_of::<Self>() + of_items
     }

@@ -30,3 +30,4 @@ pub mod roster;
 pub mod stage_clock;
 pub mod stream;
 pub mod stream_state;
+pub mod uncommitted;
