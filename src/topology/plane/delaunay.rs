@@ -24,12 +24,24 @@ use crate::topology::cloud::{Cloud, CloudChange, Located, Position, Slot};
 /// at about a quarter).
 const BULK_SHARE: usize = 4;
 
-/// A removal takes time as the square of the vertex' degree: 1/400 of what bulk loading takes for one vertex
-/// (measured).
-const SQUARED_DEGREE_PER_BULK_VERTEX: usize = 400;
+/// The steps of a change are given up when they take longer than one pass takes for a quarter of the cloud. So a change
+/// that is given up takes little longer than the pass that follows. The constant keeps small clouds from being rebuilt
+/// all the time.
+fn step_budget(vertices: usize) -> f64 {
+    64.0 + vertices as f64 / 4.0
+}
 
-/// An insertion takes time as the degree of the new vertex: 1/30 of what bulk loading takes for one vertex (measured).
-const DEGREE_PER_BULK_VERTEX: usize = 30;
+/// What the insertion of a vertex takes beside the search, as a number of vertices of one pass (measured).
+fn insertion_cost(degree: usize) -> f64 {
+    degree as f64 / 30.0
+}
+
+/// What the removal of a vertex takes at most, as a number of vertices of one pass (measured on spirals, which are the
+/// worst). `spade` flips edges in proportion to the square of the degree. At each flip it searches a list of new edges.
+fn removal_cost(degree: usize) -> f64 {
+    let degree = degree as f64;
+    degree.powi(2) / 400.0 + degree.powi(3) / 3200.0
+}
 
 /// Packed, so that a vertex of `spade` takes 24 bytes instead of 32.
 #[derive(Clone, Copy, Debug)]
@@ -366,7 +378,7 @@ fn step_in_plane(
 ) -> bool {
     let (appeared, vanished) = hand_on(spade, handles, cloud, change, observer);
     // Insertions come first: the cloud then lies on a line only if it ends on one.
-    let mut budget = DEGREE_PER_BULK_VERTEX * cloud.vertex_count();
+    let mut budget = step_budget(cloud.vertex_count());
     for place in along_curve(appeared.iter().map(|&slot| cloud.position(slot))) {
         let slot = appeared[place];
         let site = Site { position: cloud.position(slot), slot };
@@ -377,16 +389,20 @@ fn step_in_plane(
         let handle = inserted.expect("positions are inside the limits, which are spade's");
         handles[slot as usize] = handle.index() as u32;
         let degree = observer.on_inserted(HalfEdges(spade), out_of(spade, handle));
-        let Some(left) = budget.checked_sub(degree) else { return false };
-        budget = left;
+        budget -= insertion_cost(degree);
+        if budget < 0.0 {
+            return false;
+        }
     }
-    let mut budget = SQUARED_DEGREE_PER_BULK_VERTEX * cloud.vertex_count();
     for place in along_curve(vanished.iter().map(|&slot| cloud.position(slot))) {
         let slot = vanished[place];
         let handle = vertex_handle(handles, slot);
         let degree = observer.before_removal(HalfEdges(spade), out_of(spade, handle));
-        let Some(left) = budget.checked_sub(degree.pow(2)) else { return false };
-        budget = left;
+        // Before it is begun: one removal can take longer than everything else.
+        budget -= removal_cost(degree);
+        if budget < 0.0 {
+            return false;
+        }
         remove(spade, handles, handle);
         if spade.all_vertices_on_line() {
             return false;
