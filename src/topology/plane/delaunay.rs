@@ -31,9 +31,10 @@ fn step_budget(vertices: usize) -> f64 {
     64.0 + vertices as f64 / 4.0
 }
 
-/// What the insertion of a vertex takes beside the search, as a number of vertices of one pass (measured).
+/// What the insertion of a vertex takes, as a number of vertices of one pass (measured where the neighbours are not in
+/// the cache). The search turns around vertices whose degree is as high.
 fn insertion_cost(degree: usize) -> f64 {
-    degree as f64 / 30.0
+    degree as f64 / 10.0
 }
 
 /// What the removal of a vertex takes at most, as a number of vertices of one pass (measured on spirals, which are the
