@@ -187,7 +187,12 @@ const FAMILIES: [(&str, Family); 30] = [
     ("cocircular_gaps", |n, frames| {
         let ring = integer_circle(n);
         let gone = ring[ring.len() / 3];
-        (ring, (0..frames).map(|k| if k % 2 == 0 { (vec![], vec![gone]) } else { (vec![gone], vec![]) }).collect())
+        (
+            ring,
+            (0..frames)
+                .map(|k| if k.is_multiple_of(2) { (vec![], vec![gone]) } else { (vec![gone], vec![]) })
+                .collect(),
+        )
     }),
     ("near_line", |n, frames| slide(n, frames, |i| [i as f64, 1e-9 * unit(i)])),
     ("near_line_far_point", |n, frames| {
@@ -230,13 +235,14 @@ fn slide_by(count: usize, by: usize, frames: usize, at: impl Fn(usize) -> Point)
 
 /// Half of the points nearly on a short line, the others far and wide.
 fn outliers(count: usize, first: usize) -> Vec<Point> {
-    let at = |i: usize| if i % 2 == 0 { [unit(i), unit(i + 7)] } else { [1e-7 * unit(i), 1e-12 * unit(i + 7)] };
+    let at =
+        |i: usize| if i.is_multiple_of(2) { [unit(i), unit(i + 7)] } else { [1e-7 * unit(i), 1e-12 * unit(i + 7)] };
     (first..first + count).map(at).collect()
 }
 
 /// Some points that come in every even frame and go in the next one.
 fn toggle(cloud: Vec<Point>, frames: usize, at: impl Fn(usize) -> Vec<Point>) -> (Vec<Point>, Vec<Change>) {
-    let change = |k: usize| if k % 2 == 0 { (at(k / 2), vec![]) } else { (vec![], at(k / 2)) };
+    let change = |k: usize| if k.is_multiple_of(2) { (at(k / 2), vec![]) } else { (vec![], at(k / 2)) };
     (cloud, (0..frames).map(change).collect())
 }
 
@@ -307,7 +313,7 @@ fn ring(i: usize, n: usize) -> Point {
 
 fn cross(i: usize, n: usize) -> Point {
     let along = (i % n) as f64 - n as f64 / 2.0 + (i / n) as f64 * 0.5;
-    if i % 2 == 0 { [along, 0.0] } else { [0.0, along] }
+    if i.is_multiple_of(2) { [along, 0.0] } else { [0.0, along] }
 }
 
 /// Integer points on one circle, exactly: the products of Gaussian primes of some norms and of their conjugates.

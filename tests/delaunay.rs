@@ -274,6 +274,25 @@ fn thin_clouds_are_triangulated_by_definition() {
     }
 }
 
+/// Bulk loading of `spade` leaves a loop in the hull of these, although it turns one way everywhere.
+#[test]
+fn slivers_have_a_convex_hull() {
+    let points = [
+        [28.12, 46.3599999999997],
+        [48.1, 79.2999999999998],
+        [48.47, 79.9099999999998],
+        [49.21, 81.13],
+        [75.48, 124.4399999999998],
+        [76.22, 125.6599999999997],
+        [75.48, 124.4399999999999],
+        [119.14, 196.42],
+    ];
+    let mut stages = Stages::new();
+    stages.insert(&points);
+    stages.follow();
+    stages.assert_right();
+}
+
 #[test]
 fn a_cloud_leaves_a_line_and_returns_to_it() {
     let mut stages = Stages::new();

@@ -10,7 +10,7 @@
 
 use std::collections::BTreeSet;
 
-use spade::handles::{DirectedEdgeHandle, FixedDirectedEdgeHandle, FixedVertexHandle};
+use spade::handles::{DirectedEdgeHandle, FixedDirectedEdgeHandle, FixedVertexHandle, VertexHandle};
 use spade::{DelaunayTriangulation, HasPosition, LastUsedVertexHintGenerator, Point2, Triangulation};
 
 use super::curve::{along_curve, is_thin};
@@ -280,7 +280,8 @@ impl Delaunay {
         let spade = if is_thin(sites.iter().map(|site| site.position)) {
             load_in_rounds(sites)
         } else {
-            Spade::bulk_load(sites).expect("positions are inside the limits, which are spade's")
+            let bulk = Spade::bulk_load(sites).expect("positions are inside the limits, which are spade's");
+            if has_convex_hull(&bulk) { bulk } else { load_in_rounds(far_first(cloud)) }
         };
         for vertex in spade.vertices() {
             self.handles[vertex.data().slot as usize] = vertex.index() as u32;
@@ -338,6 +339,20 @@ fn far_first(cloud: &Cloud) -> Vec<Site> {
     };
     let site = |place: u32| Site { position: cloud.position(slots[place as usize]), slot: slots[place as usize] };
     in_order(slots.len(), descending, u64::from).into_iter().map(site).collect()
+}
+
+/// Whether the hull turns one way everywhere, and goes round once: it has one smallest and one largest site. Bulk loading
+/// may leave a loop in it where sites lie nearly on a line, and the triangulation is not Delaunay then. Takes time in
+/// proportion to the hull.
+fn has_convex_hull(spade: &Spade) -> bool {
+    let position = |vertex: VertexHandle<'_, Site>| {
+        let site = *vertex.data();
+        site.position
+    };
+    let ascends = |edge: Directed<'_>| position(edge.from()) < position(edge.to());
+    let turns_back = spade.convex_hull().filter(|edge| ascends(*edge) != ascends(edge.next())).count();
+    let is_dent = |edge: Directed<'_>| edge.side_query(edge.next().to().position()).is_on_left_side();
+    turns_back == 2 && !spade.convex_hull().any(is_dent)
 }
 
 /// Inserts sites one by one in rounds, each as large as all rounds before it: drawn at random, then ordered along a
