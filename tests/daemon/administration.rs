@@ -3,7 +3,7 @@
 use hopes_protocol::*;
 
 use crate::common::client::{Client, hello};
-use crate::common::peers::{DERIVED, Daemon, FULL, open, points, subscribe};
+use crate::common::peers::{Consumer, DERIVED, Daemon, FULL, open, points, subscribe};
 use crate::common::process::{eventually, hopes};
 use crate::common::random::Random;
 use crate::slow::{lagging, lags};
@@ -175,7 +175,7 @@ fn a_stream_is_stopped_for_all_its_peers() {
     let answer = admin.ask(CHANNEL, stop("cam"));
     assert_eq!(answer, StreamStopped { name: "cam".to_owned(), frame: 2 }.into());
     assert_eq!(producer.answer(), Closed { frame: 2 }.into());
-    let closed = consumer.client.receive_on(1);
+    let closed = consumer.client.receive_on(Consumer::CHANNEL);
     assert!(matches!(&closed, Message::StreamClosed(closed) if closed.frame == 2), "{closed:?}");
     let names = |admin: &mut Client| admin.list("*").into_iter().map(|info| info.name).collect::<Vec<_>>();
     assert_eq!(names(&mut admin), ["other"]);
