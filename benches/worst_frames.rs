@@ -172,8 +172,8 @@ const FAMILIES: [(&str, Family); 30] = [
     ("fan", |n, frames| toggle(points(n, |i| parabola(i, n)), frames, |k| vec![[0.01 * k as f64, -20.0]])),
     ("parabola", |n, frames| slide(n, frames, |i| parabola(i, n))),
     ("comb", |n, frames| toggle(points(n, |i| comb(i, n)), frames, |k| vec![[0.5, -1e5 - k as f64]])),
-    ("hub", |n, frames| with_hubs(n, &[[0.0; 2]], slide(n, frames, |i| ring(i, n)))),
-    ("two_hubs", |n, frames| with_hubs(n, &[[-0.1, 0.0], [0.1, 0.0]], slide(n, frames, |i| ring(i, n)))),
+    ("hub", |n, frames| with_hubs(&[[0.0; 2]], slide(n, frames, |i| ring(i, n)))),
+    ("two_hubs", |n, frames| with_hubs(&[[-0.1, 0.0], [0.1, 0.0]], slide(n, frames, |i| ring(i, n)))),
     ("hub_comes_and_goes", |n, frames| toggle(points(n, |i| ring(i, n)), frames, |_| vec![[0.0; 2]])),
     ("hub_moves", |n, frames| moving(points(n, |i| ring(i, n)), frames, |k| [0.01 * (k % 7) as f64, 0.0])),
     ("hub_among_tiles", |n, frames| after_quiet(points(n, |i| ring(i, n)), frames, |_| vec![[0.0; 2]])),
@@ -273,7 +273,7 @@ fn aside(n: usize, share: usize, frames: usize) -> (Vec<Point>, Vec<Change>) {
 }
 
 /// More points that stay.
-fn with_hubs(_: usize, hubs: &[Point], (mut cloud, changes): (Vec<Point>, Vec<Change>)) -> (Vec<Point>, Vec<Change>) {
+fn with_hubs(hubs: &[Point], (mut cloud, changes): (Vec<Point>, Vec<Change>)) -> (Vec<Point>, Vec<Change>) {
     cloud.extend(hubs);
     (cloud, changes)
 }

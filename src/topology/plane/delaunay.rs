@@ -341,9 +341,9 @@ fn far_first(cloud: &Cloud) -> Vec<Site> {
     in_order(slots.len(), descending, u64::from).into_iter().map(site).collect()
 }
 
-/// Whether the hull turns one way everywhere, and goes round once: it has one smallest and one largest site. Bulk loading
-/// may leave a loop in it where sites lie nearly on a line, and the triangulation is not Delaunay then. Takes time in
-/// proportion to the hull.
+/// Whether the hull turns one way everywhere, and goes round once: it has one smallest and one largest site. Bulk
+/// loading may leave a loop in it where sites lie nearly on a line, and the triangulation is not Delaunay then. Takes
+/// time in proportion to the hull.
 fn has_convex_hull(spade: &Spade) -> bool {
     let position = |vertex: VertexHandle<'_, Site>| {
         let site = *vertex.data();
