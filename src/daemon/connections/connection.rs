@@ -205,10 +205,12 @@ impl Connection {
     pub fn peer(&self) -> wire::Peer {
         let counts = &self.counts;
         let number = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        // Not in the expression below, whose other locks must not be taken under this one.
+        let software = counts.software.lock().clone();
         wire::Peer {
             peer: self.consumer.peer,
             place: self.place.clone(),
-            software: counts.software.lock().clone(),
+            software,
             connected_ms: counts.since.elapsed().as_millis() as u64,
             silent_ms: self.silence().as_millis() as u64,
             producers: number(&counts.producers) as u32,

@@ -3,7 +3,7 @@
 //! In: points and retractions of a source. Out: the same to the cloud at the source's commit, or nothing if the source
 //! ends without one.
 //! Invariants: what waits is in no frame, but its vertices have their ids already. Sources do not see each other's
-//! points. In a window of N points, the last N of a source wait: those before them would leave at its commit.
+//! points. In a window of N points, what came before the last N in a row has no effect at the commit, and is forgotten.
 //! Must not know: who the sources are.
 
 use std::collections::VecDeque;
@@ -24,8 +24,10 @@ pub struct Staging {
     points: u64,
     /// The newest event time of these points.
     newest_time: Option<f64>,
-    /// Points less retractions that wait, by slot; known once a retraction was staged.
-    balance: Option<HashMap<Slot, i64>>,
+    /// Points since the last retraction.
+    run: u64,
+    /// Points less retractions that wait, by position; known while a retraction waits.
+    balance: Option<HashMap<Position, i64>>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -61,28 +63,37 @@ impl Staging {
 
     /// About how many bytes it takes.
     pub fn bytes(&self) -> usize {
-        self.waiting.capacity() * size_of::<Staged>()
+        let balance = self.balance.as_ref().map_or(0, HashMap::capacity);
+        self.waiting.capacity() * size_of::<Staged>() + balance * size_of::<(Position, i64)>()
     }
 
-    fn count(&mut self, slot: Slot, change: i64) {
-        if let Some(balance) = &mut self.balance {
-            *balance.entry(slot).or_default() += change;
+    fn push(&mut self, staged: Staged) {
+        match staged {
+            Staged::Point(point) => {
+                (self.points, self.run) = (self.points + 1, self.run + 1);
+                if let Some(balance) = &mut self.balance {
+                    *balance.entry(point.position).or_default() += 1;
+                }
+            }
+            Staged::Retraction(position) => {
+                self.run = 0;
+                *self.balance().entry(position).or_default() -= 1;
+            }
         }
+        self.waiting.push_back(staged);
     }
 
-    /// Points less retractions that wait in a slot.
-    fn balance_of(&mut self, slot: Slot) -> i64 {
-        let waiting = &self.waiting;
-        let balance = self.balance.get_or_insert_with(|| {
+    /// Points less retractions that wait, by position.
+    fn balance(&mut self) -> &mut HashMap<Position, i64> {
+        self.balance.get_or_insert_with(|| {
             let mut balance = HashMap::new();
-            for staged in waiting {
+            for staged in &self.waiting {
                 if let Staged::Point(point) = staged {
-                    *balance.entry(point.slot).or_default() += 1;
+                    *balance.entry(point.position).or_default() += 1;
                 }
             }
             balance
-        });
-        balance.get(&slot).copied().unwrap_or(0)
+        })
     }
 }
 
@@ -97,9 +108,7 @@ impl Cloud {
         let slot = self.await_point(position)?;
         let vertex = self.id(slot);
         staging.newest_time = newest;
-        staging.waiting.push_back(Staged::Point(StagedPoint { position, slot, vertex, time }));
-        staging.points += 1;
-        staging.count(slot, 1);
+        staging.push(Staged::Point(StagedPoint { position, slot, vertex, time }));
         self.drop_surplus(staging);
         Ok(vertex)
     }
@@ -109,12 +118,11 @@ impl Cloud {
     /// # Errors [`Refusal`]; nothing has changed then.
     pub fn stage_retraction(&mut self, staging: &mut Staging, x: f64, y: f64) -> Result<(), Refusal> {
         let position = self.place_of(x, y)?;
-        let slot = self.slot_at(position).ok_or(Refusal::NotThere { x, y })?;
-        if staging.balance_of(slot) + self.points_in(slot) as i64 <= 0 {
+        let waiting = staging.balance().get(&position).copied().unwrap_or(0);
+        if waiting + (self.points_at(position) as i64) <= 0 {
             return Err(Refusal::NotThere { x, y });
         }
-        staging.waiting.push_back(Staged::Retraction(position));
-        staging.count(slot, -1);
+        staging.push(Staged::Retraction(position));
         Ok(())
     }
 
@@ -122,11 +130,11 @@ impl Cloud {
     pub fn admit(&mut self, staging: &mut Staging) -> u64 {
         let mut refused = 0;
         for staged in std::mem::take(staging).waiting {
-            let admitted = match staged {
-                Staged::Point(point) => self.admit_point(&point),
-                Staged::Retraction(position) => self.retract(position.x(), position.y()).map(drop),
+            let is_admitted = match staged {
+                Staged::Point(point) => self.admit_point(&point).is_ok(),
+                Staged::Retraction(position) => self.retract_at(position).is_some(),
             };
-            refused += u64::from(admitted.is_err());
+            refused += u64::from(!is_admitted);
         }
         refused
     }
@@ -154,19 +162,20 @@ impl Cloud {
         }
     }
 
-    /// Forgets points that would leave a window of so many points as soon as they came.
+    /// Forgets what a run of more points than the window holds makes void: all before the last of them.
     fn drop_surplus(&mut self, staging: &mut Staging) {
         let Window::Points(most) = self.window else { return };
-        while staging.points > most.get() {
-            match staging.waiting.pop_front() {
-                Some(Staged::Point(oldest)) => {
-                    staging.points -= 1;
-                    staging.count(oldest.slot, -1);
-                    self.give_up(&oldest);
-                }
-                Some(Staged::Retraction(_)) => {}
-                None => return,
+        if staging.run <= most.get() {
+            return;
+        }
+        // The rest are points of the run, without a retraction.
+        staging.balance = None;
+        while staging.waiting.len() as u64 > most.get() {
+            if let Some(Staged::Point(oldest)) = staging.waiting.pop_front() {
+                staging.points -= 1;
+                self.give_up(&oldest);
             }
         }
+        staging.run = staging.points;
     }
 }

@@ -132,12 +132,16 @@ impl Cloud {
     ///
     /// # Errors [`Refusal`]; the cloud is then unchanged.
     pub fn retract(&mut self, x: f64, y: f64) -> Result<Slot, Refusal> {
-        let position = self.place_of(x, y)?;
-        let slot = self.find(position).ok_or(Refusal::NotThere { x, y })?;
+        self.retract_at(self.place_of(x, y)?).ok_or(Refusal::NotThere { x, y })
+    }
+
+    /// Retracts the oldest point at a position, if there is one.
+    pub(super) fn retract_at(&mut self, position: Position) -> Option<Slot> {
+        let slot = self.find(position)?;
         self.places[slot as usize].retracted += u32::from(self.window != Window::All);
         self.leave(slot);
         self.sweep_queue();
-        Ok(slot)
+        Some(slot)
     }
 
     /// Closes the frame.
@@ -281,7 +285,13 @@ impl Cloud {
         let vacant = match entry {
             Entry::Occupied(entry) => {
                 let slot = *entry.get();
-                count(&mut places[slot as usize]);
+                let place = &mut places[slot as usize];
+                let was_empty = place.points == 0;
+                count(place);
+                if was_empty && place.state == PlaceState::New {
+                    // A commit may have passed it by, while its point was awaited.
+                    self.touched.push(slot);
+                }
                 return Ok(slot);
             }
             Entry::Vacant(vacant) => vacant,
@@ -322,6 +332,7 @@ impl Cloud {
             self.vacate(slot);
             self.free.push(slot);
             self.sweep_order();
+            sweep(&mut self.touched, self.places.len());
         }
     }
 
@@ -332,15 +343,11 @@ impl Cloud {
 
     /// The awaited point has come: to its vertex, or to another one if that has vanished.
     pub(super) fn take_staged(&mut self, point: &StagedPoint) -> Result<Slot, Refusal> {
-        if !self.is_awaited(point) {
-            return self.occupy(point.position, |place| place.points += 1);
-        }
-        let place = &mut self.places[point.slot as usize];
-        (place.points, place.awaited) = (place.points + 1, place.awaited - 1);
-        if place.state == PlaceState::New {
-            self.touched.push(point.slot);
-        }
-        Ok(point.slot)
+        let awaited = u32::from(self.is_awaited(point));
+        self.occupy(point.position, |place| {
+            place.points += 1;
+            place.awaited -= awaited;
+        })
     }
 
     /// The awaited point does not come.
@@ -358,13 +365,13 @@ impl Cloud {
     }
 
     /// The slot of a position, if points are there or awaited.
-    pub(super) fn slot_at(&self, position: Position) -> Option<Slot> {
+    fn slot_at(&self, position: Position) -> Option<Slot> {
         self.by_position.find(hash(position), |&slot| self.position(slot) == position).copied()
     }
 
-    /// Points in a slot.
-    pub(super) fn points_in(&self, slot: Slot) -> u64 {
-        self.places[slot as usize].points
+    /// Points at a position.
+    pub(super) fn points_at(&self, position: Position) -> u64 {
+        self.slot_at(position).map_or(0, |slot| self.places[slot as usize].points)
     }
 
     /// Removes a point from a slot.
