@@ -52,9 +52,9 @@ fn frames_of_two_producers_do_not_mix() {
                 producer.is_accepted(batch, 1);
             }
         }
-        for number in 0..2 {
-            let commit = producers[number].commit();
-            let frame = producers[number].is_committed(commit);
+        for (number, producer) in producers.iter_mut().enumerate() {
+            let commit = producer.commit();
+            let frame = producer.is_committed(commit);
             consumer.follow_to(frame);
             assert_eq!(xs(&consumer.mirror), [at(number, 0).0, at(number, 1).0]);
         }

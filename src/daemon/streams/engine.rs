@@ -13,6 +13,9 @@
 //! Must not know: parsing, sockets, connections.
 
 mod feeding;
+mod request_share;
+mod stage_clock;
+mod uncommitted;
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -21,18 +24,18 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::{Receiver, after, never, select, tick};
 use hopes::topology::{Contradiction, Follower, Pipeline, TrackOptions, ViewSpec};
 
+use self::request_share::RequestShare;
+use self::stage_clock::StageClock;
+use self::uncommitted::Uncommitted;
 use super::convert;
 use super::error::EngineError;
 use super::output::{Output, OutputFrame, Sent};
 use super::publishing::cursor::Cursor;
 use super::publishing::track_log::TrackFrame;
 use super::publishing::views::{ViewFollower, Views};
-use super::request_share::RequestShare;
 use super::requests::{Next, Request};
 use super::roster::Roster;
-use super::stage_clock::StageClock;
 use super::stream::{ENDED, Stream};
-use super::uncommitted::Uncommitted;
 use crate::daemon::input_errors::InputErrors;
 use crate::daemon::locks::before_waiting;
 use crate::daemon::memory::{Charge, Memory};
@@ -155,6 +158,7 @@ impl Engine {
         self.stream.queue.close();
         self.input_errors.sum_up();
         worked?;
+        self.tell_left_out();
         self.stream.requests.close().into_iter().for_each(|request| self.serve(request));
         let reason = if self.is_over { "a producer has ended the stream" } else { ENDED };
         self.views.close(&mut self.pipeline, reason);
@@ -198,14 +202,18 @@ impl Engine {
     fn close_last_frame(&mut self) -> Result<(), EngineError> {
         let is_stopped = self.stream.end_by().is_some();
         if is_stopped && self.settings.frame_every.is_none() {
-            if self.points > 0 {
-                let (points, name) = (self.points, &self.stream.state.name);
-                tracing::info!("stream {name:?}: {points} points after the last frame are left out: nothing closed it");
-            }
             return Ok(());
         }
         let is_first = self.pipeline.committed() == 0 && self.output.is_some();
         if self.pending || is_first { self.close_frame(None) } else { Ok(()) }
+    }
+
+    /// Tells of points that are in no frame.
+    fn tell_left_out(&self) {
+        let (points, name) = (self.points + self.uncommitted.point_count(), &self.stream.state.name);
+        if points > 0 {
+            tracing::info!("stream {name:?}: {points} points after the last frame are left out: nothing closed it");
+        }
     }
 
     /// Serves consumers, within the share of time that they have while points wait. Returns when to come back for those

@@ -13,7 +13,7 @@ use hashbrown::HashMap;
 use super::position::Position;
 use super::refusal::Refusal;
 use super::store::Cloud;
-use super::vertex::{Slot, VertexId};
+use super::vertex::{Awaiting, VertexId};
 use super::window::Window;
 
 /// What one source has sent since its last commit.
@@ -36,12 +36,10 @@ enum Staged {
     Retraction(Position),
 }
 
-/// A point that waits. Its vertex is there, unless it has vanished meanwhile.
+/// A point that waits.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct StagedPoint {
-    pub(super) position: Position,
-    pub(super) slot: Slot,
-    pub(super) vertex: VertexId,
+struct StagedPoint {
+    place: Awaiting,
     time: Option<f64>,
 }
 
@@ -72,7 +70,7 @@ impl Staging {
             Staged::Point(point) => {
                 (self.points, self.run) = (self.points + 1, self.run + 1);
                 if let Some(balance) = &mut self.balance {
-                    *balance.entry(point.position).or_default() += 1;
+                    *balance.entry(point.place.position).or_default() += 1;
                 }
             }
             Staged::Retraction(position) => {
@@ -89,7 +87,7 @@ impl Staging {
             let mut balance = HashMap::new();
             for staged in &self.waiting {
                 if let Staged::Point(point) = staged {
-                    *balance.entry(point.position).or_default() += 1;
+                    *balance.entry(point.place.position).or_default() += 1;
                 }
             }
             balance
@@ -105,12 +103,11 @@ impl Cloud {
     pub fn stage(&mut self, staging: &mut Staging, x: f64, y: f64, time: Option<f64>) -> Result<VertexId, Refusal> {
         let position = self.place_of(x, y)?;
         let newest = self.check_time(time, staging.newest_time)?;
-        let slot = self.await_point(position)?;
-        let vertex = self.id(slot);
+        let place = self.await_point(position)?;
         staging.newest_time = newest;
-        staging.push(Staged::Point(StagedPoint { position, slot, vertex, time }));
+        staging.push(Staged::Point(StagedPoint { place, time }));
         self.drop_surplus(staging);
-        Ok(vertex)
+        Ok(place.vertex)
     }
 
     /// Has a retraction wait for its source's commit.
@@ -143,7 +140,7 @@ impl Cloud {
     pub fn discard(&mut self, staging: &mut Staging) {
         for staged in std::mem::take(staging).waiting {
             if let Staged::Point(point) = staged {
-                self.give_up(&point);
+                self.give_up(&point.place);
             }
         }
     }
@@ -151,12 +148,12 @@ impl Cloud {
     fn admit_point(&mut self, point: &StagedPoint) -> Result<(), Refusal> {
         match self.key(point.time) {
             Ok(key) => {
-                let slot = self.take_staged(point)?;
+                let slot = self.take_awaited(&point.place)?;
                 self.arrive(slot, key);
                 Ok(())
             }
             Err(refusal) => {
-                self.give_up(point);
+                self.give_up(&point.place);
                 Err(refusal)
             }
         }
@@ -173,7 +170,7 @@ impl Cloud {
         while staging.waiting.len() as u64 > most.get() {
             if let Some(Staged::Point(oldest)) = staging.waiting.pop_front() {
                 staging.points -= 1;
-                self.give_up(&oldest);
+                self.give_up(&oldest.place);
             }
         }
         staging.run = staging.points;

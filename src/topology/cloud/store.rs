@@ -15,8 +15,7 @@ use hashbrown::hash_table::Entry;
 
 use super::position::Position;
 use super::refusal::Refusal;
-use super::staging::StagedPoint;
-use super::vertex::{CloudChange, Slot, Vertex, VertexId};
+use super::vertex::{Awaiting, CloudChange, Slot, Vertex, VertexId};
 use super::window::{Queue, Window};
 
 #[derive(Clone, Copy, Debug)]
@@ -337,31 +336,32 @@ impl Cloud {
     }
 
     /// Has a vertex at `position` wait for a point.
-    pub(super) fn await_point(&mut self, position: Position) -> Result<Slot, Refusal> {
-        self.occupy(position, |place| place.awaited += 1)
+    pub(super) fn await_point(&mut self, position: Position) -> Result<Awaiting, Refusal> {
+        let slot = self.occupy(position, |place| place.awaited += 1)?;
+        Ok(Awaiting { position, slot, vertex: self.id(slot) })
     }
 
     /// The awaited point has come: to its vertex, or to another one if that has vanished.
-    pub(super) fn take_staged(&mut self, point: &StagedPoint) -> Result<Slot, Refusal> {
-        let awaited = u32::from(self.is_awaited(point));
-        self.occupy(point.position, |place| {
+    pub(super) fn take_awaited(&mut self, awaiting: &Awaiting) -> Result<Slot, Refusal> {
+        let awaited = u32::from(self.is_awaited(awaiting));
+        self.occupy(awaiting.position, |place| {
             place.points += 1;
             place.awaited -= awaited;
         })
     }
 
     /// The awaited point does not come.
-    pub(super) fn give_up(&mut self, point: &StagedPoint) {
-        if self.is_awaited(point) {
-            self.places[point.slot as usize].awaited -= 1;
-            self.free_if_unused(point.slot);
+    pub(super) fn give_up(&mut self, awaiting: &Awaiting) {
+        if self.is_awaited(awaiting) {
+            self.places[awaiting.slot as usize].awaited -= 1;
+            self.free_if_unused(awaiting.slot);
         }
     }
 
     /// Whether the vertex that waits for a point is there.
-    fn is_awaited(&self, point: &StagedPoint) -> bool {
-        let place = &self.places[point.slot as usize];
-        place.vertex.id == point.vertex && place.state != PlaceState::Free
+    fn is_awaited(&self, awaiting: &Awaiting) -> bool {
+        let place = &self.places[awaiting.slot as usize];
+        place.vertex.id == awaiting.vertex && place.state != PlaceState::Free
     }
 
     /// The slot of a position, if points are there or awaited.

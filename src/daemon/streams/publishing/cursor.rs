@@ -45,6 +45,15 @@ impl Requester for Cursor {
     }
 }
 
+/// What a cursor in another view starts from.
+#[derive(Clone, Copy, Debug)]
+pub enum Start {
+    /// A snapshot, which its writer asks for when it comes to it.
+    Snapshot(wire::Cause),
+    /// A frame that the consumer has.
+    After(u64),
+}
+
 #[derive(Debug)]
 struct State {
     /// The log that is read; none before the engine has answered the first request.
@@ -163,35 +172,27 @@ impl Cursor {
     }
 
     /// Reads a log from now on. What was to be sent of the view before is left out.
-    pub fn follow(&self, log: Arc<ViewLog>) {
+    pub fn follow(&self, log: Arc<ViewLog>, start: Start) {
         let mut state = self.lock();
-        state.log = Some(log);
         state.ahead.retain(|ahead| matches!(ahead.kind, AheadKind::Notice));
-        state.awaited = None;
+        // In one step: the writer must not read the log from the frame that the consumer has of another view.
+        state.log = Some(log);
+        match start {
+            Start::Snapshot(cause) => (state.awaited, state.is_requested) = (Some(cause), false),
+            Start::After(frame) => {
+                (state.at, state.awaited) = (frame, None);
+                let resumed = wire::Resumed { stream: self.stream.number, frame };
+                self.put(&mut state, resumed, AheadKind::OfView);
+            }
+        }
+        drop(state);
+        self.wake();
     }
 
     /// Wants other dots.
     pub fn want_dots(&self, dots: wire::DotsWanted) {
         let mut state = self.lock();
         (state.dots, state.sent_dots) = (dots, None);
-    }
-
-    /// Goes on from a frame that the consumer has.
-    pub fn resume(&self, frame: u64) {
-        let resumed = wire::Resumed { stream: self.stream.number, frame };
-        let mut state = self.lock();
-        state.at = frame;
-        self.put(&mut state, resumed, AheadKind::OfView);
-        drop(state);
-        self.wake();
-    }
-
-    /// Needs a snapshot to go on, which its writer asks for when it comes to it.
-    pub fn await_snapshot(&self, cause: wire::Cause) {
-        let mut state = self.lock();
-        (state.awaited, state.is_requested) = (Some(cause), false);
-        drop(state);
-        self.wake();
     }
 
     /// Why a snapshot is awaited, if one is.

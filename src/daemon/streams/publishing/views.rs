@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use hopes::topology::{Follower, Pipeline, SimplifiedFollower, Step, TrackOptions};
 use hopes_protocol as wire;
 
-use super::cursor::Cursor;
+use super::cursor::{Cursor, Start};
 use super::published::PublishedDots;
 use super::track_log::TrackFrame;
 use super::tracking::Tracking;
@@ -104,10 +104,10 @@ impl Watched {
         Self { log, follower, cursors: Vec::new(), idle_since: None, snapshots: Vec::new() }
     }
 
-    fn add(&mut self, cursor: &Arc<Cursor>) {
+    fn add(&mut self, cursor: &Arc<Cursor>, start: Start) {
         self.idle_since = None;
         self.cursors.push(Arc::clone(cursor));
-        cursor.follow(Arc::clone(&self.log));
+        cursor.follow(Arc::clone(&self.log), start);
     }
 
     fn remove(&mut self, cursor: &Arc<Cursor>) {
@@ -303,14 +303,14 @@ impl Views {
         if !self.has_room_for(view, None) {
             return self.refuse(cursor, wire::ErrorCode::TooManyViews, &self.too_many_views());
         }
-        let log = self.follow(cursor, view, pipeline);
-        match resume {
-            None => cursor.await_snapshot(wire::Cause::Start),
-            Some(resume) if resume.epoch == self.stream.epoch && log.reaches(resume.frame) => {
-                cursor.resume(resume.frame);
-            }
-            Some(_) => cursor.await_snapshot(wire::Cause::CannotResume),
-        }
+        let epoch = self.stream.epoch;
+        let watched = self.watch(view, pipeline);
+        let start = match resume {
+            None => Start::Snapshot(wire::Cause::Start),
+            Some(resume) if resume.epoch == epoch && watched.log.reaches(resume.frame) => Start::After(resume.frame),
+            Some(_) => Start::Snapshot(wire::Cause::CannotResume),
+        };
+        watched.add(cursor, start);
     }
 
     /// A view that the cursor has left, and nobody else follows, is not kept: it was left on purpose.
@@ -326,8 +326,7 @@ impl Views {
             !had || watched.log.view == change.view || !watched.cursors.is_empty()
         });
         cursor.want_dots(change.dots);
-        self.follow(cursor, change.view, pipeline);
-        cursor.await_snapshot(wire::Cause::ViewChanged);
+        self.watch(change.view, pipeline).add(cursor, Start::Snapshot(wire::Cause::ViewChanged));
     }
 
     /// Whether a view can be followed: by a cursor that leaves its own for it, or by another one.
@@ -354,8 +353,8 @@ impl Views {
         cursor.close(self.stream.stats.frame(), text);
     }
 
-    /// Puts a cursor on the log of a view, which is made if there is none. There must be room for it.
-    fn follow(&mut self, cursor: &Arc<Cursor>, view: wire::View, pipeline: &mut Pipeline) -> Arc<ViewLog> {
+    /// A view that is watched; from now on, if it was not. There must be room for it.
+    fn watch(&mut self, view: wire::View, pipeline: &mut Pipeline) -> &mut Watched {
         let place = self.watched.iter().position(|watched| watched.log.view == view).unwrap_or_else(|| {
             if self.watched.len() >= self.most {
                 self.drop_idle(self.idle_count().saturating_sub(1));
@@ -363,9 +362,7 @@ impl Views {
             self.watched.push(Watched::new(view, pipeline));
             self.watched.len() - 1
         });
-        let watched = &mut self.watched[place];
-        watched.add(cursor);
-        Arc::clone(&watched.log)
+        &mut self.watched[place]
     }
 
     fn remove(&mut self, cursor: &Arc<Cursor>) {

@@ -10,8 +10,8 @@ use std::sync::{Arc, Weak};
 
 use hopes::topology::{Pipeline, Staging};
 
-use super::reply::ReplySink;
 use crate::daemon::memory::{Account, Charge};
+use crate::daemon::streams::reply::ReplySink;
 
 /// What a producer has sent since its last commit.
 #[derive(Debug)]
