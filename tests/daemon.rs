@@ -1,6 +1,8 @@
 //! The daemon as its peers see it: a real process, real sockets, and clients whose every message is written by the
 //! test.
 
+#[path = "daemon/administration.rs"]
+mod administration;
 mod common;
 #[path = "daemon/ending.rs"]
 mod ending;

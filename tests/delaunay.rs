@@ -166,6 +166,60 @@ fn a_large_change_is_loaded_in_bulk() {
     stages.assert_right();
 }
 
+/// A spiral of so many points, and a vertex at its centre that sees nearly all of them.
+fn spiral(size: i32) -> (Vec<Point>, Point) {
+    let at = |i: i32| {
+        let share = f64::from(i) / f64::from(size);
+        let (sin, cos) = (0.95 * std::f64::consts::TAU * share).sin_cos();
+        [(1.0 + 0.3 * share) * cos, (1.0 + 0.3 * share) * sin]
+    };
+    ((0..size).map(at).collect(), [0.0, 0.0])
+}
+
+/// At worst `spade` takes time as the cube of the degree.
+#[test]
+fn a_removal_that_would_take_longer_than_a_rebuild_is_one() {
+    for (size, want) in [(30, Update::Stepwise), (400, Update::Bulk), (3000, Update::Bulk)] {
+        let (points, centre) = spiral(size);
+        let mut stages = Stages::new();
+        stages.insert(&points);
+        stages.follow();
+        stages.insert(&[centre]);
+        assert_eq!(stages.follow(), (Update::Stepwise, 1), "an insertion takes linear time");
+        stages.retract(&[centre]);
+        assert_eq!(stages.follow(), (want, 1), "the centre of {size} points goes");
+        // Without its centre, all triangles of a spiral meet at its inner end, one after the other.
+        for end in &points[..3] {
+            stages.retract(&[*end]);
+            assert_eq!(stages.follow(), (want, 1), "the inner end of {size} points goes");
+        }
+        stages.retract(&[points[size as usize / 2]]);
+        assert_eq!(stages.follow(), (Update::Stepwise, 1), "a point amid {size} goes");
+        stages.assert_right();
+    }
+}
+
+/// Each removal alone would be a step.
+#[test]
+fn removals_that_take_longer_than_a_rebuild_together_are_one() {
+    let (mut points, mut centres) = (Vec::new(), Vec::new());
+    for place in 0..12 {
+        let (around, centre) = spiral(50);
+        let shifted = |[x, y]: Point| [x + 4.0 * f64::from(place), y];
+        points.extend(around.into_iter().map(shifted));
+        centres.push(shifted(centre));
+    }
+    let mut stages = Stages::new();
+    stages.insert(&points);
+    stages.insert(&centres);
+    stages.follow();
+    stages.retract(&centres[..1]);
+    assert_eq!(stages.follow(), (Update::Stepwise, 1));
+    stages.retract(&centres[1..]);
+    assert_eq!(stages.follow(), (Update::Bulk, 11));
+    stages.assert_right();
+}
+
 #[test]
 fn a_position_removed_and_inserted_between_two_updates_stays() {
     let mut stages = Stages::new();
@@ -218,6 +272,25 @@ fn thin_clouds_are_triangulated_by_definition() {
         stages.follow();
         stages.assert_right();
     }
+}
+
+/// Bulk loading of `spade` leaves a loop in the hull of these, although it turns one way everywhere.
+#[test]
+fn slivers_have_a_convex_hull() {
+    let points = [
+        [28.12, 46.3599999999997],
+        [48.1, 79.2999999999998],
+        [48.47, 79.9099999999998],
+        [49.21, 81.13],
+        [75.48, 124.4399999999998],
+        [76.22, 125.6599999999997],
+        [75.48, 124.4399999999999],
+        [119.14, 196.42],
+    ];
+    let mut stages = Stages::new();
+    stages.insert(&points);
+    stages.follow();
+    stages.assert_right();
 }
 
 #[test]

@@ -15,7 +15,9 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use common::client::{Client, hello};
 use common::process::hopes;
+use hopes_protocol::{ListPeers, Message, Peers};
 use rustix::process::{Pid, Signal, kill_process_group};
 use tempfile::TempDir;
 
@@ -29,6 +31,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const SOCKET: &str = "/tmp/hopes.sock";
 const PORT: &str = "127.0.0.1:7878";
 const PAGE: [&str; 2] = ["127.0.0.1:8080", "127.0.0.1:9000"];
+const VICTIM: &str = "disconnect 7 ";
 
 /// Records the exit code of every `hopes`. A signal to the shell must not end it before `hopes` has ended.
 const WRAPPER: &str = "#!/bin/bash
@@ -58,10 +61,11 @@ fn examples_run() {
     for command in &subcommands() {
         assert!(examples.iter().any(|(of, _)| of == command), "hopes {command} --help has no example");
     }
-    let _daemon = world.daemon();
+    let mut daemon = world.daemon();
+    let number = daemon.number_of_victim();
     let failures: Vec<String> = thread::scope(|scope| {
         let runs: Vec<_> =
-            examples.iter().map(|(command, example)| scope.spawn(|| world.run(command, example))).collect();
+            examples.iter().map(|(command, example)| scope.spawn(|| world.run(command, example, number))).collect();
         runs.into_iter().filter_map(|run| run.join().expect("an example is run").err()).collect()
     });
     assert!(failures.is_empty(), "{}", failures.join("\n\n"));
@@ -107,7 +111,11 @@ struct World {
 }
 
 /// The daemon and its producers. They are killed at the end.
-struct Daemon(Vec<Child>);
+struct Daemon {
+    children: Vec<Child>,
+    /// A peer that an example disconnects.
+    victim: Client,
+}
 
 impl World {
     fn new() -> Self {
@@ -172,10 +180,11 @@ impl World {
         write("frames.jsonl", served("--track view"));
     }
 
-    /// A daemon with streams that get a frame sixty times a second.
+    /// A daemon with streams that get a frame sixty times a second, and two that examples stop.
     fn daemon(&self) -> Daemon {
         let (socket, port) = (self.path("hopes.sock"), self.port);
-        let listen = hopes("serve --track view --listen").with(format!("unix:{}", socket.display()));
+        let listen = hopes("serve --track view --stream scan --stream").with("hall 2").and("--listen");
+        let listen = listen.with(format!("unix:{}", socket.display()));
         let mut children = vec![quiet(&mut listen.and(&format!("--listen tcp:127.0.0.1:{port}")).command())];
         let begun = Instant::now();
         while !socket.exists() {
@@ -187,11 +196,11 @@ impl World {
             let feed = feed.with("--to").with(format!("unix:{}", socket.display()));
             children.push(quiet(&mut feed.with(self.path("data/edges.jsonl")).command()));
         }
-        Daemon(children)
+        Daemon { children, victim: Client::with_hello(&format!("unix:{}", socket.display())) }
     }
 
-    /// Runs an example. What is wrong with it, if anything.
-    fn run(&self, command: &str, example: &str) -> Result<(), String> {
+    /// Runs an example. What is wrong with it, if anything. `number` is that of a peer that may be disconnected.
+    fn run(&self, command: &str, example: &str, number: u64) -> Result<(), String> {
         let folder = tempfile::tempdir().unwrap();
         for entry in std::fs::read_dir(self.path("data")).unwrap() {
             let entry = entry.unwrap();
@@ -202,6 +211,7 @@ impl World {
         let socket = if is_daemon { own } else { self.path("hopes.sock") };
         let port = if is_daemon { 0 } else { self.port };
         let mut line = example.replace(SOCKET, &socket.to_string_lossy());
+        line = line.replace(VICTIM, &format!("disconnect {number} "));
         line = line.replace(PORT, &format!("127.0.0.1:{port}"));
         for page in PAGE {
             line = line.replace(page, "127.0.0.1:0");
@@ -224,9 +234,20 @@ impl World {
     }
 }
 
+impl Daemon {
+    /// The number of the peer that an example disconnects. It is the only one with the name of a test.
+    fn number_of_victim(&mut self) -> u64 {
+        let Message::Peers(Peers { peers }) = self.victim.ask(1, ListPeers {}) else { panic!("Peers is due") };
+        let named: Vec<u64> =
+            peers.iter().filter(|peer| peer.software == hello().software).map(|peer| peer.peer).collect();
+        assert_eq!(named.len(), 1, "{peers:?}");
+        named[0]
+    }
+}
+
 impl Drop for Daemon {
     fn drop(&mut self) {
-        for child in self.0.iter_mut().rev() {
+        for child in self.children.iter_mut().rev() {
             drop(child.kill());
             drop(child.wait());
         }

@@ -1,6 +1,8 @@
-//! `hopes demo`, `replay`, `record`, `watch`, `feed`, `scene`, `status` and `tracks` as processes. Where the daemon
-//! must send what a real one never sends, it is a scripted one.
+//! `hopes demo`, `replay`, `record`, `watch`, `feed`, `scene`, `status`, `stop-stream`, `disconnect` and `tracks` as
+//! processes. Where the daemon must send what a real one never sends, it is a scripted one.
 
+#[path = "tools/admin.rs"]
+mod admin;
 mod common;
 #[path = "tools/endings.rs"]
 mod endings;
@@ -29,8 +31,16 @@ use serde_json::{Value, json};
 // ---- connecting
 
 /// Every client of a daemon, at this address.
-fn clients(address: &str) -> [Hopes; 4] {
-    ["feed - --to", "watch --from", "status --from", "record -o - --from"].map(|words| hopes(words).with(address))
+fn clients(address: &str) -> [Hopes; 6] {
+    let words = [
+        "feed - --to",
+        "watch --from",
+        "status --from",
+        "record -o - --from",
+        "stop-stream scan --connect",
+        "disconnect 7 --connect",
+    ];
+    words.map(|words| hopes(words).with(address))
 }
 
 #[test]
@@ -60,6 +70,13 @@ fn invalid_arguments_are_wrong_usage() {
         ("watch --from unix:x --dots none", "nor all"),
         ("record --from unix:x --frames 0 -o -", "frames"),
         ("replay x --fast --speed 2", "cannot be used with"),
+        ("status", "--connect <ADDRESS>"),
+        ("stop-stream --connect unix:x", "<NAME>"),
+        ("stop-stream a*b --connect unix:x", "no control character, and no *"),
+        ("stop-stream scan", "--connect <ADDRESS>"),
+        ("disconnect --connect unix:x", "<PEER>"),
+        ("disconnect scan --connect unix:x", "invalid digit"),
+        ("disconnect 7 --connect nowhere", "is no address: write unix:PATH"),
     ] {
         hopes(arguments).runs().fails(2, &[words]);
     }
@@ -67,7 +84,7 @@ fn invalid_arguments_are_wrong_usage() {
 
 #[test]
 fn an_unsupported_version_gives_an_error_with_both_ranges() {
-    for number in 0..4 {
+    for number in 0..6 {
         let daemon = FakeDaemon::new();
         let client = clients(&daemon.address())[number].start();
         let mut peer = daemon.accept();
@@ -76,7 +93,7 @@ fn an_unsupported_version_gives_an_error_with_both_ranges() {
         assert_eq!(peer.next(), None, "the client closes");
         let finished = client.finish();
         assert_eq!(finished.code, Some(1), "{}", finished.err);
-        for words in ["speaks protocol versions 7 to 8, this one 1 to 2", &daemon.address()] {
+        for words in ["speaks protocol versions 7 to 8, this one 1 to 3", &daemon.address()] {
             assert!(finished.err.contains(words), "{words}: {}", finished.err);
         }
     }

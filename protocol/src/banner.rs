@@ -7,7 +7,10 @@ use thiserror::Error;
 use crate::frame::FrameError;
 
 /// The protocol version of this crate.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
+
+/// The version of files: the lowest one that has all messages that files have, so that older readers read them.
+pub const FILE_VERSION: u16 = 2;
 
 const MAGIC: [u8; 8] = *b"HOPES\r\n\x1a";
 

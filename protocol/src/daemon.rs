@@ -100,6 +100,14 @@ pub enum ErrorCode {
     TooManyConnections = 13,
     /// The peer sent nothing, or an incomplete frame, for too long. The connection ends.
     TooSlow = 14,
+    /// The stream, or the peer, follows as many distinct views as it may.
+    TooManyViews = 15,
+    /// The daemon has reached its limit of memory. It takes no new reader.
+    NoMemory = 16,
+    /// There is no stream of this name.
+    NoStream = 17,
+    /// There is no peer of this number.
+    NoPeer = 18,
 }
 
 /// Asks for a list of streams.

@@ -14,7 +14,7 @@ use crate::frame::{CRC, FrameError, HEADER, MAGIC};
 use crate::message::Message;
 
 /// The buffer is not shrunk below this number of bytes.
-const KEPT: usize = 1 << 20;
+const KEPT: usize = 1 << 16;
 
 /// A message that has arrived as a whole. Its body is not read yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,6 +81,11 @@ impl Decoder {
     /// Whether a part of a frame has arrived.
     pub fn is_within_frame(&self) -> bool {
         self.taken < self.buffer.len()
+    }
+
+    /// The memory that is held for bytes that are not decoded yet.
+    pub fn capacity(&self) -> usize {
+        self.buffer.capacity()
     }
 
     /// The offset of the next frame in the stream of bytes.

@@ -10,7 +10,7 @@
 //! bytes ◀── encode  ◀── (channel, Message)
 //! ```
 //!
-//! The crate supports versions 1 and 2. Frames carry the version that both sides agreed on. A message that this version
+//! The crate supports versions 1 to 3. Frames carry the version that both sides agreed on. A message that this version
 //! does not have is neither read nor written.
 //!
 //! Must not know: sockets, threads, clocks, geometry.
@@ -20,7 +20,7 @@
 //!
 //! // A client and a daemon agree on a version...
 //! let mut wire = Banner::OURS.encode().to_vec();
-//! let version = Banner::OURS.agree(Banner { lowest: 1, highest: 7 }).expect("both speak version 2");
+//! let version = Banner::OURS.agree(Banner { lowest: 1, highest: 7 }).expect("both speak version 3");
 //! assert_eq!(version, VERSION);
 //!
 //! // ...and the client sends points, which arrive in two pieces.
@@ -37,6 +37,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod admin;
 mod banner;
 mod checksum;
 mod codec;
@@ -52,7 +53,10 @@ mod track_mirror;
 mod tracks;
 mod types;
 
-pub use banner::{Banner, NoCommonVersion, VERSION};
+pub use admin::{
+    Disconnect, Disconnected, GetMemory, ListPeers, Memory, Peer, Peers, StopStream, StreamMemory, StreamStopped,
+};
+pub use banner::{Banner, FILE_VERSION, NoCommonVersion, VERSION};
 pub use checksum::Checksum;
 pub use codec::{BodyError, Shared};
 pub use consumer::{

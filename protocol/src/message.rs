@@ -7,6 +7,7 @@
 //!
 //! Must not know: how fields are written.
 
+use crate::admin::*;
 use crate::codec::{self, BodyError, Shared};
 use crate::consumer::*;
 use crate::daemon::*;
@@ -108,6 +109,14 @@ messages! {
     0x020C Unsubscribed(Unsubscribed),
     0x020D WantTracks(WantTracks) since 2,
     0x020E Tracks(Tracks) since 2,
+    0x0301 ListPeers(ListPeers) since 3,
+    0x0302 Peers(Peers) since 3,
+    0x0303 StopStream(StopStream) since 3,
+    0x0304 StreamStopped(StreamStopped) since 3,
+    0x0305 Disconnect(Disconnect) since 3,
+    0x0306 Disconnected(Disconnected) since 3,
+    0x0307 GetMemory(GetMemory) since 3,
+    0x0308 Memory(Memory) since 3,
     0x0F01 Elapsed(Elapsed),
 }
 

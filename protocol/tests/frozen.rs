@@ -19,14 +19,18 @@ const SPEC: &str = include_str!("../SPEC.md");
 
 /// Each source with the first version of its definitions. The table of messages states the version of each message
 /// itself.
-const SOURCES: [(u16, &str); 6] = [
+const SOURCES: [(u16, &str); 7] = [
     (1, include_str!("../src/types.rs")),
     (1, include_str!("../src/daemon.rs")),
     (1, include_str!("../src/producer.rs")),
     (1, include_str!("../src/consumer.rs")),
     (1, include_str!("../src/message.rs")),
     (2, include_str!("../src/tracks.rs")),
+    (3, include_str!("../src/admin.rs")),
 ];
+
+/// Codes that were added to an older enum: its name, the first of these codes, and the version that began with them.
+const LATER_CODES: [(&str, u16, u16); 1] = [("ErrorCode", 15, 3)];
 
 // ---- definitions in the sources
 
@@ -116,15 +120,18 @@ fn all_definitions() -> Vec<Definition> {
     SOURCES.iter().flat_map(|(_, source)| definitions(&essence(source))).collect()
 }
 
-/// A definition as a version has it. The table of messages loses the messages of later versions.
+/// A definition as a version has it. The table of messages loses the messages of later versions, and an enum its codes.
 fn in_version(version: u16, definition: Definition) -> Definition {
-    if definition.kind != Kind::Table {
-        return definition;
-    }
+    let entry_and_first = match definition.kind {
+        Kind::Table => entry_and_first,
+        Kind::Enum if LATER_CODES.iter().any(|(name, ..)| *name == definition.name) => code_and_first,
+        _ => return definition,
+    };
     let known = inner(&definition.body).into_iter().map(entry_and_first).filter(|(_, since)| *since <= version);
     let entries: Vec<String> = known.map(|(entry, _)| entry).collect();
     let body = format!("{{{}}}", entries.join(","));
-    Definition { text: format!("{}{body}", definition.name), body, ..definition }
+    let head = definition.text.strip_suffix(&definition.body).expect("a definition ends with its body");
+    Definition { text: format!("{head}{body}"), body, ..definition }
 }
 
 /// The definitions of a kind: name and body.
@@ -139,6 +146,14 @@ fn entry_and_first(entry: String) -> (String, u16) {
         Some((entry, since)) => (format!("{entry})"), since.parse().expect("a version")),
         None => (entry, 1),
     }
+}
+
+/// A case of an enum of codes, and the first version that has it.
+fn code_and_first(case: String) -> (String, u16) {
+    let (_, number) = case.split_once('=').expect("a code has a number");
+    let number: u16 = number.parse().expect("it is one");
+    let later = LATER_CODES.iter().find(|(_, first, _)| number >= *first);
+    (case, later.map_or(1, |(.., since)| *since))
 }
 
 /// FNV-1a of all definitions of a version, independent of their order.
@@ -170,10 +185,11 @@ fn the_wire_types_of_each_version_have_not_changed() {
     assert_eq!(VERSIONS.last(), Some(&VERSION), "the newest version is checked too");
 }
 
-/// Released: this number must never change.
+/// Released: these numbers must never change.
 #[test]
-fn the_fingerprint_of_version_1_is_released() {
+fn the_fingerprints_of_released_versions_have_not_changed() {
     assert_eq!(fingerprint(1, &SOURCES), 0x4fa0_27c6_9f59_74ce);
+    assert_eq!(fingerprint(2, &SOURCES), 0xd6f7_a24e_189f_05a5);
 }
 
 #[test]
@@ -193,6 +209,19 @@ fn later_definitions_do_not_change_the_fingerprint_of_a_version() {
     assert_ne!(print(1, &moved), print(1, &new));
     let later = [(1, new[0].1), (3, new[1].1)];
     assert_ne!(print(2, &later), print(2, &new));
+}
+
+/// Codes may come in every version, but they are not in the definitions of the versions before them.
+#[test]
+fn later_codes_do_not_change_the_fingerprint_of_a_version() {
+    let print = |version, source: &str| fingerprint(version, &[(1, source)]);
+    let old = "#[repr(u16)] pub enum ErrorCode { A = 1, B = 14, } pub enum Other { C = 15, }";
+    let new = "#[repr(u16)] pub enum ErrorCode { A = 1, B = 14, D = 15, } pub enum Other { C = 15, }";
+    assert_eq!((print(1, new), print(2, new)), (print(1, old), print(2, old)));
+    assert_ne!(print(3, new), print(3, old));
+    for changed in [old.replace("B = 14", "B = 13"), old.replace("C = 15", "C = 16"), old.replace("B = 14", "B = 15")] {
+        assert_ne!(print(1, &changed), print(1, old), "{changed}");
+    }
 }
 
 #[test]
@@ -333,13 +362,15 @@ fn the_spec_lists_every_message() {
     assert_eq!(listed, Message::KINDS);
 }
 
-/// Messages of version 2 are in their own section, and no others are.
+/// Messages of version 2 are in their own section, and no others are. So are those of version 3.
 #[test]
 fn the_spec_states_the_first_version_of_each_message() {
-    let section = between(SPEC, "## 9. Tracks\n\nSince version 2.", "\n## ");
+    let tracks = between(SPEC, "## 9. Tracks\n\nSince version 2.", "\n## ");
+    let (_, administration) = SPEC.split_once("## 12. Administration\n\nSince version 3.").expect("it has a section");
     for sample in samples::all() {
         let row = format!("| {:#06X} |", sample.message.kind()).replace("0X", "0x");
-        assert_eq!(section.contains(&row), sample.message.since() == 2, "{}", sample.name);
+        assert_eq!(tracks.contains(&row), sample.message.since() == 2, "{}", sample.name);
+        assert_eq!(administration.contains(&row), sample.message.since() == 3, "{}", sample.name);
     }
 }
 
@@ -382,7 +413,7 @@ fn the_spec_has_the_types_of_all_fields() {
     let of_message: BTreeMap<&String, String> =
         rows().into_iter().map(|(_, name, body)| (&bodies[&name], body)).collect();
     let structs = all(Kind::Struct);
-    assert_eq!(structs.len(), of_message.len() + 11, "so many are no messages");
+    assert_eq!(structs.len(), of_message.len() + 13, "so many are no messages");
     for (name, body) in structs {
         let listed = of_message.get(&name).cloned().unwrap_or_else(|| shared(&rust_type(&name), "{"));
         assert_eq!(fields(&body, rust_type), fields(&listed, spec_type), "{name}");

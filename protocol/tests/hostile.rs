@@ -111,8 +111,19 @@ fn unknown_types_are_refused_whatever_their_body() {
     }
 }
 
-/// Messages that version 1 does not have.
-const OF_VERSION_2: [u16; 2] = [0x020D, 0x020E];
+/// Messages that version 1 does not have, and the first version of each.
+const LATER: [(u16, u16); 10] = [
+    (0x020D, 2),
+    (0x020E, 2),
+    (0x0301, 3),
+    (0x0302, 3),
+    (0x0303, 3),
+    (0x0304, 3),
+    (0x0305, 3),
+    (0x0306, 3),
+    (0x0307, 3),
+    (0x0308, 3),
+];
 
 #[test]
 fn a_version_neither_reads_nor_writes_messages_of_a_later_one() {
@@ -123,8 +134,8 @@ fn a_version_neither_reads_nor_writes_messages_of_a_later_one() {
         let Frame { body, .. } = read(&encode(VERSION, 7, &sample.message).expect("it is short"))
             .expect("it is right")
             .expect("it is whole");
-        let is_later = OF_VERSION_2.contains(&kind);
-        assert_eq!(sample.message.since(), if is_later { 2 } else { 1 }, "{}", sample.name);
+        let later = LATER.into_iter().find(|(later, _)| *later == kind);
+        assert_eq!(sample.message.since(), later.map_or(1, |(_, since)| since), "{}", sample.name);
         for version in 0..=VERSION + 1 {
             let is_known = version >= sample.message.since();
             let expected = if is_known { Ok(sample.message.clone()) } else { Err(unknown.clone()) };
@@ -133,14 +144,17 @@ fn a_version_neither_reads_nor_writes_messages_of_a_later_one() {
             assert_eq!(encode(version, 7, &sample.message), written, "{} in version {version}", sample.name);
         }
         // The frame is correct. Only its type is unknown.
-        let mut decoder = Decoder::new(LARGEST_FRAME);
-        decoder.set_version(1);
-        decoder.push(&frame_of(1, kind, &body));
-        let frame = decoder.frame().expect("the frame is right").expect("it is whole");
-        assert_eq!(frame.message().err(), is_later.then_some(unknown), "{}", sample.name);
-        refused.extend(is_later.then_some(kind));
+        for version in samples::VERSIONS {
+            let mut decoder = Decoder::new(LARGEST_FRAME);
+            decoder.set_version(version);
+            decoder.push(&frame_of(version, kind, &body));
+            let frame = decoder.frame().expect("the frame is right").expect("it is whole");
+            let is_unknown = later.is_some_and(|(_, since)| version < since);
+            assert_eq!(frame.message().err(), is_unknown.then(|| unknown.clone()), "{}", sample.name);
+        }
+        refused.extend(later);
     }
-    assert_eq!(refused, BTreeSet::from(OF_VERSION_2), "all of them were tried");
+    assert_eq!(refused, BTreeSet::from(LATER), "all of them were tried");
 }
 
 #[test]

@@ -7,6 +7,7 @@
 
 #![allow(rustdoc::broken_intra_doc_links, reason = "help texts show points as [x,y]")]
 
+mod admin;
 mod args;
 mod compute;
 mod demo;
@@ -20,7 +21,6 @@ mod record;
 mod replay;
 mod scene;
 mod serve;
-mod status;
 mod tracks;
 mod watch;
 
@@ -62,10 +62,12 @@ pub struct Cli {
 enum Command {
     Demo(demo::Demo),
     Compute(compute::Compute),
-    Serve(serve::Serve),
+    Serve(Box<serve::Serve>),
     Feed(feed::Feed),
     Watch(watch::Watch),
-    Status(status::Status),
+    Status(admin::status::Status),
+    StopStream(admin::stop_stream::StopStream),
+    Disconnect(admin::disconnect::Disconnect),
     Record(record::Record),
     Replay(replay::Replay),
     Tracks(tracks::Tracks),
@@ -106,6 +108,8 @@ impl Cli {
             Command::Feed(feed) => feed.run(),
             Command::Watch(watch) => watch.run(),
             Command::Status(status) => status.run(),
+            Command::StopStream(stop) => stop.run(),
+            Command::Disconnect(disconnect) => disconnect.run(),
             Command::Record(record) => record.run(),
             Command::Replay(replay) => replay.run(),
             Command::Tracks(tracks) => tracks.run(),

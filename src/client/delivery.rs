@@ -307,7 +307,7 @@ impl Sender<'_> {
                 self.message(Sent::Retract(batch), retract.into())
             }
             // The end of the input closes the stream.
-            Input::Close { .. } => Ok(()),
+            Input::Close { .. } | Input::Abandon => Ok(()),
             Input::Commit(time) => self.commit(time),
             Input::Unreadable(reason) => {
                 self.ledger.report_error(&reason);

@@ -232,6 +232,11 @@ impl<S: MessageSink> Following<'_, S> {
                 self.part(&goodbye.reason, goodbye.streams.iter().cloned().collect());
                 return Ok(Then::Goodbye(format!("the daemon says goodbye: {}", goodbye.reason)));
             }
+            // One of several streams is left out: the daemon closes it, and the others go on.
+            Message::Error(report) if channel == self.channel && self.leaves_out_one(report) => {
+                tracing::warn!("the daemon at {}: {}", self.wanted.from, report.text);
+                return Ok(Then::GoOn);
+            }
             Message::Error(report) if [0, self.channel].contains(&channel) => return Err(self.refused(report)),
             _ if channel != self.channel => {
                 tracing::debug!("a message of type {:#06x} on channel {channel} came too late", message.kind());
@@ -315,6 +320,10 @@ impl<S: MessageSink> Following<'_, S> {
         }
         tracing::warn!("{}; subscribing again", Chain(&error));
         Ok(Then::SubscribeAnew)
+    }
+
+    fn leaves_out_one(&self, report: &Report) -> bool {
+        report.code == ErrorCode::TooManyViews as u16 && self.wanted.pattern.contains('*')
     }
 
     fn refused(&self, report: &Report) -> FollowError {

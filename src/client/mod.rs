@@ -1,10 +1,11 @@
-//! A client of a daemon: connecting, sending points, following streams, asking for numbers.
+//! A client of a daemon: connecting, sending points, following streams, asking for numbers, ending what is too much.
 //!
 //! In: an address; points to send, or the streams to follow.
 //! Out: outcomes; proved frames.
 //! Invariants: nothing waits for ever; a frame that is handed on is proved by its checksum.
 //! Must not know: arguments, how frames are shown.
 
+pub mod admin;
 mod chain;
 pub mod connection;
 pub mod delivery;
@@ -14,7 +15,6 @@ mod link;
 pub mod mirrors;
 pub mod pace;
 mod running;
-pub mod status;
 pub mod verify;
 
 pub use chain::Chain;

@@ -36,6 +36,9 @@ pub enum DaemonError {
     /// The sink failed; a closed pipe is one of these.
     #[error("cannot write frames")]
     Sink(#[source] std::io::Error),
+    /// The sink has not taken all frames before the daemon had to end.
+    #[error("the reader of stdout took nothing for too long: {0}")]
+    SinkStuck(String),
     /// The system gave no thread.
     #[error("cannot start")]
     Start(#[source] std::io::Error),
@@ -56,6 +59,9 @@ impl From<EngineError> for DaemonError {
             EngineError::Refused(stop) => Self::Refused(stop),
             EngineError::Contradiction(contradiction) => Self::Contradiction(contradiction),
             EngineError::Source(reason) => Self::Source(reason),
+            EngineError::OutputNotRead { frame } => {
+                Self::SinkStuck(format!("frame {frame} and later ones are not written"))
+            }
             EngineError::Panicked => Self::Thread("engine"),
         }
     }

@@ -8,7 +8,7 @@
 
 use std::fmt;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use hopes_protocol as wire;
 use thiserror::Error;
@@ -16,10 +16,12 @@ use thiserror::Error;
 use super::connections::listener::ListenError;
 use super::connections::registry::Registry;
 use super::connections::socket::{Socket, Transport};
+use super::memory::{Account, Charged};
 use super::settings::{Limits, SOFTWARE};
 use super::streams::convert;
 use super::streams::directory::Directory;
 use super::streams::frame_times::FrameTimes;
+use super::streams::stream::Probe;
 
 /// Starts an HTTP server, once the daemon listens; returns what stops it.
 pub type StartHttp = Box<dyn FnOnce(HttpAccess) -> Result<StopHttp, ListenError>>;
@@ -73,6 +75,35 @@ impl HttpAccess {
         self.directory.status(SOFTWARE)
     }
 
+    /// What is known of all peers.
+    pub fn peers(&self) -> Vec<wire::Peer> {
+        self.registry.members.peers()
+    }
+
+    /// Peers that were cut off so far.
+    pub fn cut_off_count(&self) -> u64 {
+        self.registry.members.cut_off_count()
+    }
+
+    /// An account for what is held for visitors.
+    pub fn account(&self) -> Arc<Account> {
+        Account::part_of(&self.directory.memory.peers)
+    }
+
+    /// What does not answer within `patience`: nothing, if the daemon is well.
+    pub fn unwell(&self, patience: Duration) -> Vec<String> {
+        let deadline = Instant::now() + patience;
+        if !self.directory.answers(patience) {
+            return vec!["the directory of streams".to_owned()];
+        }
+        let streams = self.directory.streams();
+        let probes: Vec<_> = streams.iter().map(|stream| (stream, stream.probe())).collect();
+        let left = || deadline.saturating_duration_since(Instant::now());
+        let is_unwell = |(_, probe): &(_, Probe)| !probe.is_answered_within(left());
+        let unwell = probes.into_iter().filter(is_unwell);
+        unwell.map(|(stream, _)| format!("stream {:?}", stream.state.name)).collect()
+    }
+
     /// How long the frames of each stream take, by the stream's name.
     pub fn frame_times(&self) -> Vec<(String, FrameTimes)> {
         self.directory
@@ -91,7 +122,7 @@ impl HttpAccess {
         name: &str,
         view: wire::View,
         patience: Duration,
-    ) -> Result<Arc<wire::Snapshot>, SnapshotError> {
+    ) -> Result<Arc<Charged<wire::Snapshot>>, SnapshotError> {
         convert::check_view(view).map_err(SnapshotError::BadView)?;
         let stream = self.directory.stream(name).ok_or_else(|| SnapshotError::NoStream(name.to_owned()))?;
         if stream.state.stats.frame() == 0 {

@@ -10,25 +10,35 @@
 use std::io;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, bounded, select, unbounded};
+use crossbeam_channel::{Receiver, RecvTimeoutError, bounded, select, unbounded};
 
 use super::connections::listener::Listener;
 use super::connections::registry::Registry;
 use super::error::DaemonError;
+use super::governor::Governor;
 use super::http_access::{HttpAccess, StartHttp, StopHttp};
 use super::input_errors::InputErrors;
+use super::locks::before_waiting;
 use super::settings::{DEFAULT_STREAM, Settings};
 use super::stop::Stop;
 use super::streams::directory::{Directory, EngineEnded};
-use super::streams::engine::{Output, OutputFrame, Standard};
+use super::streams::engine::Standard;
 use super::streams::error::EngineError;
 use super::streams::input::Input;
+use super::streams::output::{Output, OutputFrame};
 use super::streams::queue::{Item, Origin};
 use super::streams::stream::Stream;
 
 /// Frames under way to the sink: one being written, one ready.
 const FRAMES: usize = 2;
+
+/// How long engines may wait for the reader of the output when the daemon ends.
+const OUTPUT_PATIENCE: Duration = Duration::from_millis(1500);
+
+/// How long peers may take to read the goodbye.
+const GOODBYE: Duration = Duration::from_secs(2);
 
 /// The reason to end of a daemon whose input has ended.
 const ENDED: &str = "the input has ended";
@@ -86,11 +96,31 @@ pub fn run(
         start_reader(source, Arc::clone(stream), !is_listening)?;
     }
     let outcome = wait(stop.requests(), &ended, default.filter(|_| !is_listening).as_ref());
+    let is_stopped = !matches!(outcome, Ok(ENDED));
     let outcome = entrances.close(&directory, outcome, is_listening);
     // Engines that failed while they finished have reported it by now.
     let late = ended.try_iter().find_map(|ended| ended.result.err()).map_or(Ok(()), Err);
-    let written = writer.map_or(Ok(Ok(())), JoinHandle::join).map_err(|_| DaemonError::Thread("writer"))?;
-    written.map_err(DaemonError::Sink).and(outcome).and(late.map_err(DaemonError::from))
+    let written = writer.map_or(Ok(()), |writer| join_writer(writer, is_stopped, stop.requests()));
+    written.and(outcome).and(late.map_err(DaemonError::from))
+}
+
+/// Waits for the last frames to be written. From a request to stop on, which may have come before, it does not wait for
+/// ever: the reader of the output may have stopped too.
+fn join_writer(writer: Writer, is_stopped: bool, requests: &Receiver<&'static str>) -> Result<(), DaemonError> {
+    const STEP: Duration = Duration::from_millis(2);
+    let mut stopped = is_stopped.then(Instant::now);
+    before_waiting("the reader of the output");
+    while !writer.is_finished() {
+        if stopped.is_some_and(|stopped| stopped.elapsed() > OUTPUT_PATIENCE) {
+            return Err(DaemonError::SinkStuck("the last frames may not be written".to_owned()));
+        }
+        match requests.recv_timeout(STEP) {
+            Ok(_) => stopped = stopped.or_else(|| Some(Instant::now())),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => thread::sleep(STEP),
+        }
+    }
+    writer.join().map_err(|_| DaemonError::Thread("writer"))?.map_err(DaemonError::Sink)
 }
 
 fn named(name: &str) -> thread::Builder {
@@ -122,6 +152,7 @@ struct Entrances {
     registry: Arc<Registry>,
     listeners: Vec<Listener>,
     http: Option<StopHttp>,
+    governor: Governor,
 }
 
 impl Entrances {
@@ -133,7 +164,8 @@ impl Entrances {
         }
         let access = HttpAccess::new(Arc::clone(directory), Arc::clone(&registry));
         let http = http.map(|start| start(access)).transpose()?;
-        Ok(Self { registry, listeners, http })
+        let governor = Governor::start(Arc::clone(directory), Arc::clone(&registry.members));
+        Ok(Self { registry, listeners, http, governor: governor.map_err(DaemonError::Start)? })
     }
 
     /// Takes in nothing more, lets engines finish, and says goodbye to all peers.
@@ -146,7 +178,8 @@ impl Entrances {
         self.listeners.into_iter().for_each(Listener::stop);
         self.http.into_iter().for_each(|stop| stop());
         self.registry.stop_reading();
-        let streams = directory.finish();
+        let streams = directory.finish(Instant::now() + OUTPUT_PATIENCE);
+        drop(self.governor);
         for (name, frame) in &streams {
             match outcome {
                 Ok(ENDED) | Err(_) => {}
@@ -154,7 +187,11 @@ impl Entrances {
                 Ok(reason) => tracing::info!("{reason}: stopped after frame {frame}"),
             }
         }
-        self.registry.say_goodbye(outcome.as_ref().unwrap_or(&"the daemon has failed"), &streams);
+        self.registry.say_goodbye(
+            outcome.as_ref().unwrap_or(&"the daemon has failed"),
+            &streams,
+            Instant::now() + GOODBYE,
+        );
         outcome.map(drop)
     }
 }
@@ -165,6 +202,7 @@ fn wait(
     ended: &Receiver<EngineEnded>,
     only: Option<&Arc<Stream>>,
 ) -> Result<&'static str, DaemonError> {
+    before_waiting("a reason to end");
     loop {
         select! {
             recv(requests) -> reason => return Ok(reason.unwrap_or("nobody is left to ask for an end")),

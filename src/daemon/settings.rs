@@ -41,6 +41,14 @@ pub struct Limits {
     pub channels: usize,
     /// Streams at one time.
     pub streams: usize,
+    /// Of them, those that one connection has made.
+    pub peer_streams: usize,
+    /// How long a stream stays that a peer has made, without producers and consumers; none for ever.
+    pub stream_ttl: Option<Duration>,
+    /// Distinct views of a stream.
+    pub views: NonZeroUsize,
+    /// Distinct views that one connection follows.
+    pub peer_views: NonZeroUsize,
     /// Points in the window of a stream.
     pub points: u64,
     /// Distinct positions in a stream.
@@ -69,6 +77,10 @@ impl Default for Limits {
             connections: 1024,
             channels: 256,
             streams: 256,
+            peer_streams: 64,
+            stream_ttl: None,
+            views: const { NonZeroUsize::new(64).unwrap() },
+            peer_views: const { NonZeroUsize::new(16).unwrap() },
             points: 100_000_000,
             vertices: 20_000_000,
             memory: 0,

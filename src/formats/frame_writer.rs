@@ -7,7 +7,7 @@
 
 use std::io::{self, BufWriter, Write};
 
-use hopes_protocol::{Banner, Message, VERSION, encode};
+use hopes_protocol::{Banner, FILE_VERSION, Message, encode};
 
 use super::frame_line::FrameLine;
 use super::recording;
@@ -100,10 +100,10 @@ impl<W: Write> FrameWriter<W> {
         if self.last.is_some() {
             return Ok(());
         }
-        self.sink.write_all(&Banner { lowest: VERSION, highest: VERSION }.encode())
+        self.sink.write_all(&Banner { lowest: FILE_VERSION, highest: FILE_VERSION }.encode())
     }
 
     fn put(&mut self, channel: u32, message: &Message) -> io::Result<()> {
-        self.sink.write_all(&encode(VERSION, channel, message).map_err(io::Error::other)?)
+        self.sink.write_all(&encode(FILE_VERSION, channel, message).map_err(io::Error::other)?)
     }
 }

@@ -9,7 +9,7 @@
 use std::fmt::Display;
 use std::io::{self, Write};
 
-use hopes_protocol::{Banner, Batch, Commit, Message, Retract, VERSION, encode};
+use hopes_protocol::{Banner, Batch, Commit, FILE_VERSION, Message, Retract, encode};
 use serde::Serialize;
 
 use crate::daemon::BATCH;
@@ -117,7 +117,7 @@ impl<W: Write> PointWriter<W> {
     }
 
     fn banner(&mut self) -> io::Result<()> {
-        self.sink.write_all(&Banner { lowest: VERSION, highest: VERSION }.encode())
+        self.sink.write_all(&Banner { lowest: FILE_VERSION, highest: FILE_VERSION }.encode())
     }
 
     fn message(&mut self, message: impl FnOnce(u64) -> Message) -> io::Result<()> {
@@ -126,7 +126,7 @@ impl<W: Write> PointWriter<W> {
         }
         let message = message(self.sequence);
         self.sequence += 1;
-        self.sink.write_all(&encode(VERSION, CHANNEL, &message).map_err(io::Error::other)?)
+        self.sink.write_all(&encode(FILE_VERSION, CHANNEL, &message).map_err(io::Error::other)?)
     }
 }
 

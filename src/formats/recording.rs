@@ -12,8 +12,8 @@ use std::io::{self, Read, Write};
 use std::time::Duration;
 
 use hopes_protocol::{
-    Banner, BodyError, Decoder, Diff, Elapsed, FrameError, Goodbye, LARGEST_FRAME, Message, NoCommonVersion, Snapshot,
-    VERSION, encode,
+    Banner, BodyError, Decoder, Diff, Elapsed, FILE_VERSION, FrameError, Goodbye, LARGEST_FRAME, Message,
+    NoCommonVersion, Snapshot, encode,
 };
 use thiserror::Error;
 
@@ -188,10 +188,10 @@ impl<W: Write> Recording<W> {
 
     fn put(&mut self, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
         let nanoseconds = u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX);
-        let banner = Banner { lowest: VERSION, highest: VERSION }.encode();
+        let banner = Banner { lowest: FILE_VERSION, highest: FILE_VERSION }.encode();
         let mut bytes = if self.bytes == 0 { banner.to_vec() } else { Vec::new() };
-        bytes.extend(encode(VERSION, 0, &Elapsed { nanoseconds }.into()).map_err(io::Error::other)?);
-        bytes.extend(encode(VERSION, channel, message).map_err(io::Error::other)?);
+        bytes.extend(encode(FILE_VERSION, 0, &Elapsed { nanoseconds }.into()).map_err(io::Error::other)?);
+        bytes.extend(encode(FILE_VERSION, channel, message).map_err(io::Error::other)?);
         self.sink.write_all(&bytes)?;
         self.sink.flush()?;
         self.bytes += bytes.len() as u64;

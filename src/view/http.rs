@@ -12,6 +12,10 @@
 //! upgrade.
 
 use std::fmt::Write;
+use std::ops::Deref;
+use std::sync::Arc;
+
+use crate::daemon::Charged;
 
 /// Bytes of a head at the most.
 pub const MAX_HEAD: usize = 16 << 10;
@@ -158,31 +162,66 @@ pub enum Freshness {
     Version(String),
 }
 
+/// The body of a response.
+#[derive(Clone, Debug)]
+pub enum Body {
+    /// For one client.
+    Own(Vec<u8>),
+    /// Shared by all clients that request it.
+    Shared(Arc<Charged<Vec<u8>>>),
+}
+
+impl Deref for Body {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Self::Own(bytes) => bytes,
+            Self::Shared(bytes) => bytes,
+        }
+    }
+}
+
+impl<B: Into<Vec<u8>>> From<B> for Body {
+    fn from(bytes: B) -> Self {
+        Self::Own(bytes.into())
+    }
+}
+
 /// A response.
 #[derive(Clone, Debug)]
 pub struct Response {
     status: u16,
     /// Of the body.
     media_type: &'static str,
-    body: Vec<u8>,
+    body: Body,
     freshness: Freshness,
     field: Option<&'static str>,
 }
 
 impl Response {
     /// A response of status 200.
-    pub fn new(media_type: &'static str, body: impl Into<Vec<u8>>) -> Self {
+    pub fn new(media_type: &'static str, body: impl Into<Body>) -> Self {
         Self { status: 200, media_type, body: body.into(), freshness: Freshness::Never, field: None }
     }
 
     /// With an entity tag; of status 304 if the client has this version.
     pub fn version(self, tag: &str, is_known: bool) -> Self {
         let freshness = Freshness::Version(tag.to_owned());
-        if is_known { Self { status: 304, body: Vec::new(), freshness, ..self } } else { Self { freshness, ..self } }
+        if is_known {
+            Self { status: 304, body: Body::Own(Vec::new()), freshness, ..self }
+        } else {
+            Self { freshness, ..self }
+        }
     }
 
-    /// The bytes of the response, without its body if the method was HEAD.
-    pub fn encode(self, is_head: bool) -> Vec<u8> {
+    /// Of status 503, for what is not well.
+    pub fn unavailable(self) -> Self {
+        Self { status: 503, ..self }
+    }
+
+    /// The bytes of the head, and the body, which is empty if the method was HEAD.
+    pub fn encode(self, is_head: bool) -> (Vec<u8>, Body) {
         let mut head = format!("HTTP/1.1 {} {}\r\n{COMMON_FIELDS}", self.status, reason(self.status));
         head.push_str(self.field.unwrap_or_default());
         // Writing into a string does not fail.
@@ -194,11 +233,7 @@ impl Response {
             let _ = write!(head, "Content-Type: {}\r\nContent-Length: {}\r\n", self.media_type, self.body.len());
         }
         head.push_str("\r\n");
-        let mut bytes = head.into_bytes();
-        if !is_head {
-            bytes.extend(self.body);
-        }
-        bytes
+        (head.into_bytes(), if is_head { Body::Own(Vec::new()) } else { self.body })
     }
 }
 

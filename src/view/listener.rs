@@ -3,10 +3,11 @@
 //! In: an address; the daemon's [`HttpAccess`].
 //! Out: responses; a read-only connection of the daemon for each WebSocket.
 //! Invariants: only this machine can connect, unless remote clients were allowed. A client that sends no complete head,
-//! or does not read the response, is disconnected after a timeout. A client above the limit gets a 503 at once. Threads
-//! are named, and joined.
+//! or does not read the response, is disconnected after a timeout. A client above the limit gets a 503; a few may still
+//! ask for the daemon's health. Threads are named, and joined.
 //! Must not know: which resources there are.
 
+use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Weak};
@@ -14,12 +15,24 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use super::http::{MAX_HEAD, Refusal, Request, Response};
-use super::routes::{Reply, Routes};
+use super::routes::{HEALTH, Reply, Routes};
 use super::websocket::{self, WebSocket};
 use crate::daemon::{Address, HttpAccess, ListenError, Socket, StartHttp, StopHttp, bind_tcp};
 
 /// The limit of clients is this or more: a browser alone opens half a dozen connections.
 const MIN_CLIENTS: usize = 16;
+
+/// Clients above the limit that may still ask for the daemon's health.
+const PROBES: usize = 4;
+
+/// How long such a client may take to send a head.
+const PROBE_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// How long a client may take to read so many bytes of a response: one that is slower is disconnected.
+const STEP_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// Bytes of a response that are sent in one step.
+const STEP: usize = 1 << 18;
 
 /// How long a client may take to send a head.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
@@ -93,6 +106,15 @@ struct Client {
     /// Dropped with the thread, or when it became a connection of the daemon.
     socket: Weak<Socket>,
     thread: JoinHandle<()>,
+}
+
+/// What a client's thread knows of its client.
+struct Visit {
+    /// The address to which it has connected.
+    local: SocketAddr,
+    number: u64,
+    /// It is above this limit, and may only ask for the daemon's health.
+    only_health: Option<usize>,
 }
 
 /// What all client threads share.
@@ -176,16 +198,18 @@ fn accept_all(bound: &TcpListener, is_stopping: &AtomicBool, server: &Arc<Server
             stream.set_nodelay(true)?;
             let local = stream.local_addr()?;
             let socket = Arc::new(Socket::Tcp(stream));
-            if clients.len() >= limit {
+            let is_full = clients.len() >= limit;
+            if clients.len() >= limit + PROBES {
                 refuse_client(&socket, limit);
                 return Ok(());
             }
             accepted += 1;
-            let (server, weak, number) = (Arc::clone(server), Arc::downgrade(&socket), accepted);
+            let (server, weak) = (Arc::clone(server), Arc::downgrade(&socket));
+            let client = Visit { local, number: accepted, only_health: is_full.then_some(limit) };
             let thread = thread::Builder::new()
                 .name("page client".to_owned())
                 .stack_size(STACK)
-                .spawn(move || server.serve(socket, local, number))?;
+                .spawn(move || server.serve(socket, client))?;
             clients.push(Client { socket: weak, thread });
             Ok(())
         });
@@ -197,40 +221,47 @@ fn accept_all(bound: &TcpListener, is_stopping: &AtomicBool, server: &Arc<Server
     }
 }
 
+fn too_many_clients(limit: usize) -> Refusal {
+    Refusal::new(503, format!("{limit} clients are connected, the most at a time: try again later"))
+}
+
 /// Sends a 503 to a client above the limit. A socket without room for so few bytes is not waited for.
 fn refuse_client(socket: &Socket, limit: usize) {
     tracing::debug!("a client is refused: {limit} are connected");
-    let text = format!("{limit} clients are connected, the most at a time: try again later");
-    let response = Response::from(Refusal::new(503, text)).encode(false);
-    let _ = socket.write(&response, Duration::from_millis(10));
+    let (head, body) = Response::from(too_many_clients(limit)).encode(false);
+    let _ = socket.write(&[&head, &body[..]].concat(), Duration::from_millis(10));
     socket.shutdown(Shutdown::Write);
 }
 
 impl Server {
     /// Responds to one request of a client, or makes it a connection of the daemon.
-    fn serve(&self, socket: Arc<Socket>, local: SocketAddr, number: u64) {
+    fn serve(&self, socket: Arc<Socket>, client: Visit) {
         let timeout = self.access.limits().timeout;
-        let Some((request, early)) = read_request(&socket, HEAD_TIMEOUT.min(timeout)) else { return };
+        let patience = if client.only_health.is_some() { PROBE_TIMEOUT } else { HEAD_TIMEOUT };
+        let Some((request, early)) = read_request(&socket, patience.min(timeout)) else { return };
         let is_head = request.as_ref().is_ok_and(|request| request.is_head);
-        let (response, _permit) = match request.and_then(|request| self.reply(&request, local)) {
+        let response = match request.and_then(|request| self.reply(&request, &client)) {
             Ok(Reply::Upgrade(handshake)) => {
                 if socket.write(&handshake, timeout).is_ok() {
                     self.access.admit(Box::new(WebSocket::new(socket, early)), &format!("{}/ws", self.url));
                 }
                 return;
             }
-            Ok(Reply::Response(response, permit)) => (response, permit),
-            Err(refusal) => (refusal.into(), None),
+            Ok(Reply::Response(response)) => response,
+            Err(refusal) => refusal.into(),
         };
-        match socket.write(&response.encode(is_head), timeout) {
+        match send(&socket, response, is_head, STEP_TIMEOUT.min(timeout)) {
             Ok(()) => close(&socket),
-            Err(error) => tracing::debug!("client {number}: cannot respond: {error}"),
+            Err(error) => tracing::debug!("client {}: cannot respond: {error}", client.number),
         }
     }
 
-    fn reply(&self, request: &Request, local: SocketAddr) -> Result<Reply, Refusal> {
+    fn reply(&self, request: &Request, client: &Visit) -> Result<Reply, Refusal> {
         let is_websocket = Routes::is_websocket(request);
-        request.check_origin(|host| self.is_name(host, local), is_websocket)?;
+        request.check_origin(|host| self.is_name(host, client.local), is_websocket)?;
+        if let Some(limit) = client.only_health.filter(|_| request.path != HEALTH) {
+            return Err(too_many_clients(limit));
+        }
         if is_websocket { websocket::handshake(request).map(Reply::Upgrade) } else { Ok(self.routes.reply(request)) }
     }
 
@@ -246,6 +277,16 @@ impl Server {
         // A given name may also be that of a proxy, which may have another port.
         own.iter().any(|name| is(name)) || self.names.iter().any(|name| is(name) || host == name)
     }
+}
+
+/// Sends a response step by step: a client that takes too long for one is given up.
+fn send(socket: &Socket, response: Response, is_head: bool, patience: Duration) -> io::Result<()> {
+    let (head, body) = response.encode(is_head);
+    if body.len() < STEP {
+        return socket.write(&[&head, &body[..]].concat(), patience);
+    }
+    socket.write(&head, patience)?;
+    body.chunks(STEP).try_for_each(|step| socket.write(step, patience))
 }
 
 /// An address as it is written in a host.

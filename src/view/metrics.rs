@@ -10,7 +10,7 @@ mod process;
 
 use std::fmt;
 
-use hopes_protocol::{Status, StreamStatus};
+use hopes_protocol::{Peer, Status, StreamStatus};
 use prometheus_client::collector::Collector;
 use prometheus_client::encoding::{DescriptorEncoder, EncodeGaugeValue, EncodeMetric, text};
 use prometheus_client::metrics::counter::ConstCounter;
@@ -28,40 +28,54 @@ pub const MEDIA_TYPE: &str = "application/openmetrics-text; version=1.0.0; chars
 ///
 /// # Errors
 /// Of the encoder, which has none to expect.
-pub fn write(status: Status, frame_times: Vec<(String, FrameTimes)>) -> Result<String, fmt::Error> {
+pub fn write(status: Status, peers: Peers, frame_times: Vec<(String, FrameTimes)>) -> Result<String, fmt::Error> {
     let mut registry = Registry::default();
-    registry.register_collector(Box::new(Scrape { status, frame_times }));
+    registry.register_collector(Box::new(Scrape { status, peers, frame_times }));
     let mut out = String::new();
     text::encode(&mut out, &registry)?;
     Ok(out)
+}
+
+/// What is known of peers.
+#[derive(Debug, Default)]
+pub struct Peers {
+    /// Those that are connected.
+    pub list: Vec<Peer>,
+    /// How many were cut off so far.
+    pub cut_off: u64,
 }
 
 /// What is encoded in one scrape.
 #[derive(Debug)]
 struct Scrape {
     status: Status,
+    peers: Peers,
     /// By the name of the stream.
     frame_times: Vec<(String, FrameTimes)>,
 }
 
-/// A metric of every stream: a counter or a gauge, named without its unit and without `_total`.
-struct StreamMetric {
+/// A metric of every stream or every peer: a counter or a gauge, named without its unit and without `_total`.
+struct Metric<T> {
     name: &'static str,
     help: &'static str,
     unit: Option<Unit>,
     kind: MetricType,
-    value: fn(&StreamStatus) -> u64,
+    value: fn(&T) -> u64,
 }
 
-const fn counter(name: &'static str, help: &'static str, value: fn(&StreamStatus) -> u64) -> StreamMetric {
-    StreamMetric { name, help, unit: None, kind: MetricType::Counter, value }
+const fn counter<T>(name: &'static str, help: &'static str, value: fn(&T) -> u64) -> Metric<T> {
+    Metric { name, help, unit: None, kind: MetricType::Counter, value }
 }
 
-const fn gauge(name: &'static str, help: &'static str, value: fn(&StreamStatus) -> u64) -> StreamMetric {
-    StreamMetric { name, help, unit: None, kind: MetricType::Gauge, value }
+const fn gauge<T>(name: &'static str, help: &'static str, value: fn(&T) -> u64) -> Metric<T> {
+    Metric { name, help, unit: None, kind: MetricType::Gauge, value }
 }
 
-const STREAM_METRICS: [StreamMetric; 12] = [
+const fn bytes<T>(kind: MetricType, name: &'static str, help: &'static str, value: fn(&T) -> u64) -> Metric<T> {
+    Metric { name, help, unit: Some(Unit::Bytes), kind, value }
+}
+
+const STREAM_METRICS: [Metric<StreamStatus>; 12] = [
     counter("hopes_stream_frames", "Frames closed.", |stream| stream.info.frame),
     gauge("hopes_stream_points", "Points in the window.", |stream| stream.info.points),
     gauge("hopes_stream_vertices", "Distinct positions in the window.", |stream| stream.info.vertices),
@@ -73,13 +87,14 @@ const STREAM_METRICS: [StreamMetric; 12] = [
     counter("hopes_stream_dropped_points", "Points dropped by overload.", |stream| stream.dropped),
     gauge("hopes_stream_waiting_points", "Points that wait for the engine.", |stream| stream.waiting),
     counter("hopes_stream_lagged_frames", "Frames that lagging consumers did not get singly.", |stream| stream.lagged),
-    StreamMetric {
-        name: "hopes_stream_memory",
-        help: "Estimate of the memory held.",
-        unit: Some(Unit::Bytes),
-        kind: MetricType::Gauge,
-        value: |stream| stream.memory,
-    },
+    bytes(MetricType::Gauge, "hopes_stream_memory", "Estimate of the memory held.", |stream| stream.memory),
+];
+
+const PEER_METRICS: [Metric<Peer>; 4] = [
+    bytes(MetricType::Counter, "hopes_peer_received", "Received from a peer.", |peer| peer.received),
+    bytes(MetricType::Counter, "hopes_peer_sent", "Sent to a peer.", |peer| peer.sent),
+    counter("hopes_peer_lagged_frames", "Frames that a peer did not get singly.", |peer| peer.lagged),
+    bytes(MetricType::Gauge, "hopes_peer_memory", "Estimate of the memory held for a peer.", |peer| peer.held),
 ];
 
 /// A histogram of every stream, in seconds.
@@ -101,11 +116,16 @@ impl Collector for Scrape {
         encode_gauge(encoder, "hopes_connections", "Peers that are connected.", None, u64::from(*connections))?;
         let help = "Messages that could not be decoded or were not expected.";
         encode_counter(encoder, "hopes_refused_messages", help, None, ConstCounter::new(*refused_messages))?;
-        let help = "Estimate of the memory held for all streams.";
+        let help = "Estimate of the memory held for all streams and peers.";
         encode_gauge(encoder, "hopes_memory", help, Some(&Unit::Bytes), *memory)?;
         encode_gauge(encoder, "hopes_streams", "Streams.", None, streams.len() as u64)?;
         for metric in &STREAM_METRICS {
-            encode_streams(encoder, metric, streams)?;
+            encode_all(encoder, metric, streams, |stream| ("stream", stream.info.name.clone()))?;
+        }
+        let help = "Peers that were cut off for what they did not read.";
+        encode_counter(encoder, "hopes_cut_off_peers", help, None, ConstCounter::new(self.peers.cut_off))?;
+        for metric in &PEER_METRICS {
+            encode_all(encoder, metric, &self.peers.list, |peer| ("peer", peer.peer.to_string()))?;
         }
         for metric in &FRAME_TIMES {
             self.encode_frame_times(encoder, metric)?;
@@ -128,11 +148,17 @@ impl Scrape {
     }
 }
 
-fn encode_streams(encoder: &mut DescriptorEncoder, metric: &StreamMetric, streams: &[StreamStatus]) -> fmt::Result {
+/// Encodes a metric of all streams, or of all peers, each with its label.
+fn encode_all<T>(
+    encoder: &mut DescriptorEncoder,
+    metric: &Metric<T>,
+    all: &[T],
+    label: impl Fn(&T) -> (&'static str, String),
+) -> fmt::Result {
     let mut family = encoder.encode_descriptor(metric.name, metric.help, metric.unit.as_ref(), metric.kind)?;
-    for stream in streams {
-        let labels = [("stream", &stream.info.name[..])];
-        let (encoder, value) = (family.encode_family(&labels)?, (metric.value)(stream));
+    for one in all {
+        let labels = [label(one)];
+        let (encoder, value) = (family.encode_family(&labels)?, (metric.value)(one));
         match metric.kind {
             MetricType::Counter => ConstCounter::new(value).encode(encoder)?,
             _ => ConstGauge::new(value).encode(encoder)?,
@@ -190,7 +216,7 @@ mod tests {
     #[test]
     fn labels_are_escaped() {
         let name = "a\"} 1\nb\\";
-        let text = write(status(vec![]), vec![(name.to_owned(), FrameTimes::default())]).unwrap();
+        let text = write(status(vec![]), Peers::default(), vec![(name.to_owned(), FrameTimes::default())]).unwrap();
         let escaped = "{stream=\"a\\\"} 1\\nb\\\\\"}";
         assert!(text.lines().any(|line| line == format!("hopes_stream_frame_seconds_count{escaped} 0")), "{text}");
         assert!(!text.lines().any(|line| line.starts_with('b')), "{text}");
@@ -198,7 +224,7 @@ mod tests {
 
     #[test]
     fn numbers_keep_all_their_digits() {
-        let text = write(status(vec![]), vec![]).unwrap();
+        let text = write(status(vec![]), Peers::default(), vec![]).unwrap();
         for line in
             ["hopes_uptime_seconds 1.5", "hopes_refused_messages_total 3", "hopes_memory_bytes 18446744073709551615"]
         {
@@ -212,7 +238,7 @@ mod tests {
         let times = FrameTimes::default();
         times.total.observe(0.003);
         times.total.observe(100.0);
-        let text = write(status(vec![]), vec![("a".to_owned(), times)]).unwrap();
+        let text = write(status(vec![]), Peers::default(), vec![("a".to_owned(), times)]).unwrap();
         for line in [
             "hopes_stream_frame_seconds_count{stream=\"a\"} 2",
             "hopes_stream_frame_seconds_sum{stream=\"a\"} 100.003",

@@ -11,6 +11,7 @@
 //! Must not know: engines, geometry.
 
 mod assets;
+mod documents;
 mod framing;
 mod http;
 mod listener;

@@ -3,32 +3,38 @@
 //! In: a request whose host and origin were checked.
 //! Out: a response.
 //! Invariants: a refusal says what is wrong with the request. The number of snapshots that are made at a time is
-//! bounded.
+//! bounded; a client that is slow to read one keeps nobody from another.
 //! Must not know: sockets, the rules of HTTP.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use super::assets::Assets;
-use super::http::{Refusal, Request, Response};
-use super::metrics;
+use super::documents::Documents;
+use super::http::{Body, Refusal, Request, Response};
+use super::metrics::{self, Peers};
 use super::snapshot::{self, SnapshotRequest};
 use crate::daemon::{HttpAccess, SnapshotError};
 
-/// Snapshots that are made or sent at one time at the most: each may be many megabytes.
+/// Snapshots that are made at one time at the most: each may be many megabytes.
 const MAX_SNAPSHOTS: usize = 4;
+
+/// How long the daemon may take to answer a probe of its health.
+const HEALTH_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// How long the engine may take until it answers a request for a snapshot.
 const SNAPSHOT_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// The path at which the daemon's health is told.
+pub const HEALTH: &str = "/healthz";
 
 const JSON: &str = "application/json";
 const TEXT: &str = "text/plain; charset=utf-8";
 
 /// The reply to a request.
 pub enum Reply {
-    /// A response, and the permit that is held until it is sent.
-    Response(Response, Option<SnapshotPermit>),
+    /// A response.
+    Response(Response),
     /// The response after which a WebSocket begins.
     Upgrade(Vec<u8>),
 }
@@ -37,14 +43,15 @@ pub enum Reply {
 pub struct Routes {
     access: HttpAccess,
     assets: Assets,
-    /// How many snapshots are made or sent.
-    snapshots: Arc<AtomicUsize>,
+    /// How many snapshots are made.
+    snapshots: AtomicUsize,
+    documents: Documents,
 }
 
-/// The permit to make and send a snapshot, until this is dropped.
-pub struct SnapshotPermit(Arc<AtomicUsize>);
+/// The permit to make a snapshot, until this is dropped.
+struct SnapshotPermit<'a>(&'a AtomicUsize);
 
-impl Drop for SnapshotPermit {
+impl Drop for SnapshotPermit<'_> {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::AcqRel);
     }
@@ -53,7 +60,8 @@ impl Drop for SnapshotPermit {
 impl Routes {
     /// The resources of a daemon.
     pub fn new(access: HttpAccess) -> Self {
-        Self { access, assets: Assets::new(), snapshots: Arc::default() }
+        let documents = Documents::new(access.account());
+        Self { access, assets: Assets::new(), snapshots: AtomicUsize::new(0), documents }
     }
 
     /// Whether the path is that of the WebSocket.
@@ -65,16 +73,13 @@ impl Routes {
     pub fn reply(&self, request: &Request) -> Reply {
         let of_stream = request.path.strip_prefix("/api/streams/").and_then(|rest| rest.strip_suffix("/snapshot"));
         let response = match (&request.path[..], of_stream) {
-            (_, Some(name)) => match self.snapshot(name, request) {
-                Ok((response, permit)) => return Reply::Response(response, Some(permit)),
-                Err(refusal) => refusal.into(),
-            },
-            ("/healthz", _) => Response::new(TEXT, "ok\n"),
+            (_, Some(name)) => self.snapshot(name, request).unwrap_or_else(Response::from),
+            (HEALTH, _) => self.health(),
             ("/metrics", _) => self.metrics(),
             ("/api/streams", _) => self.streams(),
             (path, _) => self.asset(path, request),
         };
-        Reply::Response(response, None)
+        Reply::Response(response)
     }
 
     fn asset(&self, path: &str, request: &Request) -> Response {
@@ -86,8 +91,20 @@ impl Routes {
         }
     }
 
+    /// Whether the directory and every engine answer.
+    fn health(&self) -> Response {
+        let unwell = self.access.unwell(HEALTH_TIMEOUT);
+        if unwell.is_empty() {
+            return Response::new(TEXT, "ok\n");
+        }
+        let seconds = HEALTH_TIMEOUT.as_secs();
+        let lines = unwell.iter().map(|what| format!("{what} has not answered within {seconds} s\n"));
+        Response::new(TEXT, lines.collect::<String>()).unavailable()
+    }
+
     fn metrics(&self) -> Response {
-        match metrics::write(self.access.status(), self.access.frame_times()) {
+        let peers = Peers { list: self.access.peers(), cut_off: self.access.cut_off_count() };
+        match metrics::write(self.access.status(), peers, self.access.frame_times()) {
             Ok(text) => Response::new(metrics::MEDIA_TYPE, text),
             Err(error) => Refusal::new(500, format!("the metrics cannot be written: {error}")).into(),
         }
@@ -104,11 +121,11 @@ impl Routes {
         }
     }
 
-    fn snapshot(&self, name: &str, request: &Request) -> Result<(Response, SnapshotPermit), Refusal> {
+    fn snapshot(&self, name: &str, request: &Request) -> Result<Response, Refusal> {
         let bad = |text| Refusal::new(400, text);
         let name = snapshot::decoded(name).map_err(bad)?;
         let wanted = SnapshotRequest::parse(request.query.as_deref().unwrap_or_default()).map_err(bad)?;
-        let permit = self.snapshot_permit().ok_or_else(|| {
+        let _permit = self.snapshot_permit().ok_or_else(|| {
             Refusal::new(503, format!("{MAX_SNAPSHOTS} snapshots are being made, the most at a time: try again"))
         })?;
         let timeout = SNAPSHOT_TIMEOUT.min(self.access.limits().timeout);
@@ -120,12 +137,13 @@ impl Routes {
             };
             Refusal::new(status, error.to_string())
         })?;
-        let body = wanted.format.write(&name, &snapshot).map_err(|error| Refusal::new(500, error.to_string()))?;
-        Ok((Response::new(wanted.format.media_type(), body), permit))
+        let document = self.documents.get(&name, snapshot, wanted.format);
+        let body = document.map_err(|error| Refusal::new(500, error.to_string()))?;
+        Ok(Response::new(wanted.format.media_type(), Body::Shared(body)))
     }
 
-    fn snapshot_permit(&self) -> Option<SnapshotPermit> {
-        let permit = SnapshotPermit(Arc::clone(&self.snapshots));
+    fn snapshot_permit(&self) -> Option<SnapshotPermit<'_>> {
+        let permit = SnapshotPermit(&self.snapshots);
         // A permit above the limit is dropped, which counts down again.
         (self.snapshots.fetch_add(1, Ordering::AcqRel) < MAX_SNAPSHOTS).then_some(permit)
     }

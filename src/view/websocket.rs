@@ -8,7 +8,7 @@
 
 use std::io::{self, ErrorKind};
 use std::net::Shutdown;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use tungstenite::handshake::derive_accept_key;
@@ -16,7 +16,7 @@ use tungstenite::protocol::frame::coding::{CloseCode, Control, Data, OpCode};
 
 use super::framing::{self, ControlRequests, FrameDecoder};
 use super::http::{Refusal, Request};
-use crate::daemon::{Socket, Transport};
+use crate::daemon::{Level, Lock, Socket, Transport};
 
 /// The protocol's name in the handshake.
 const SUBPROTOCOL: &str = "hopes";
@@ -62,8 +62,8 @@ fn is_key(key: &str) -> bool {
 #[derive(Debug)]
 pub struct WebSocket {
     socket: Arc<Socket>,
-    incoming: Mutex<Incoming>,
-    outgoing: Mutex<Outgoing>,
+    incoming: Lock<Incoming>,
+    outgoing: Lock<Outgoing>,
 }
 
 /// The state of the reader.
@@ -87,32 +87,50 @@ impl WebSocket {
     /// A WebSocket on a socket; `early` came after the request.
     pub fn new(socket: Arc<Socket>, early: Vec<u8>) -> Self {
         let incoming = Incoming { early, decoder: FrameDecoder::default(), is_closed: false };
-        Self { socket, incoming: Mutex::new(incoming), outgoing: Mutex::default() }
+        let outgoing = Lock::new(Level::Leaf, Outgoing::default());
+        Self { socket, incoming: Lock::new(Level::Transport, incoming), outgoing }
+    }
+}
+
+/// What came together with the request.
+enum Early {
+    Closed,
+    Bytes(usize),
+    Nothing,
+}
+
+impl WebSocket {
+    fn early(&self, buffer: &mut [u8]) -> Early {
+        let mut incoming = self.incoming.lock();
+        let length = incoming.early.len().min(buffer.len());
+        if incoming.is_closed {
+            return Early::Closed;
+        } else if length == 0 {
+            return Early::Nothing;
+        }
+        buffer[..length].copy_from_slice(&incoming.early[..length]);
+        incoming.early.drain(..length);
+        Early::Bytes(length)
     }
 }
 
 impl Transport for WebSocket {
     fn read(&self, buffer: &mut [u8], patience: Duration) -> io::Result<Option<usize>> {
-        let mut incoming = lock(&self.incoming);
-        if incoming.is_closed {
-            return Ok(Some(0));
-        }
-        let length = if incoming.early.is_empty() {
-            match self.socket.read(buffer, patience)? {
+        // Only the connection's reader thread reads, so nothing comes in between where no lock is held.
+        let length = match self.early(buffer) {
+            Early::Closed => return Ok(Some(0)),
+            Early::Bytes(length) => length,
+            Early::Nothing => match self.socket.read(buffer, patience)? {
                 Some([]) => return Ok(Some(0)),
                 Some(bytes) => bytes.len(),
                 None => return Ok(None),
-            }
-        } else {
-            let length = incoming.early.len().min(buffer.len());
-            buffer[..length].copy_from_slice(&incoming.early[..length]);
-            incoming.early.drain(..length);
-            length
+            },
         };
+        let mut incoming = self.incoming.lock();
         let mut requests = ControlRequests::default();
         let decoded = incoming.decoder.decode(&mut buffer[..length], &mut requests);
         incoming.is_closed = requests.is_closed;
-        let mut outgoing = lock(&self.outgoing);
+        let mut outgoing = self.outgoing.lock();
         outgoing.pong = requests.ping.or(outgoing.pong.take());
         match decoded {
             Ok(0) if requests.is_closed => {
@@ -131,7 +149,7 @@ impl Transport for WebSocket {
 
     fn write(&self, bytes: &[u8], patience: Duration) -> io::Result<()> {
         let mut output = Vec::new();
-        if let Some(pong) = lock(&self.outgoing).pong.take() {
+        if let Some(pong) = self.outgoing.lock().pong.take() {
             output.extend(framing::header(OpCode::Control(Control::Pong), pong.len()));
             output.extend(pong);
         }
@@ -147,12 +165,12 @@ impl Transport for WebSocket {
     }
 
     fn has_pending(&self) -> bool {
-        lock(&self.outgoing).pong.is_some()
+        self.outgoing.lock().pong.is_some()
     }
 
     fn finish(&self, is_daemons_end: bool, patience: Duration) -> io::Result<()> {
         let default = if is_daemons_end { CloseCode::Away } else { CloseCode::Normal };
-        let code = u16::from(lock(&self.outgoing).close.unwrap_or(default));
+        let code = u16::from(self.outgoing.lock().close.unwrap_or(default));
         let mut close = framing::header(OpCode::Control(Control::Close), size_of::<u16>());
         close.extend(code.to_be_bytes());
         self.socket.write(&close, patience)
@@ -161,9 +179,4 @@ impl Transport for WebSocket {
     fn shutdown(&self, how: Shutdown) {
         self.socket.shutdown(how);
     }
-}
-
-/// The guarded values are consistent between any two statements, so a panic of another thread leaves them usable.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use hopes_protocol::{
-    Banner, Cause, Checksum, Critical, Cut, Diff, Dot, Dots, Edge, Elapsed, FrameInfo, Message, Simplify, Snapshot,
-    StreamOpened, VERSION, Vertex, View, Window, encode,
+    Banner, Cause, Checksum, Critical, Cut, Diff, Dot, Dots, Edge, Elapsed, FILE_VERSION, FrameInfo, Message, Simplify,
+    Snapshot, StreamOpened, VERSION, Vertex, View, Window, encode,
 };
 
 /// The default view of clients.
@@ -109,11 +109,16 @@ impl GrowingStream {
 
 /// A recording: messages and their times.
 pub fn recording(messages: &[(Duration, Message)]) -> Vec<u8> {
-    let mut bytes = Banner { lowest: VERSION, highest: VERSION }.encode().to_vec();
+    recording_in(FILE_VERSION, messages)
+}
+
+/// The same in another version.
+pub fn recording_in(version: u16, messages: &[(Duration, Message)]) -> Vec<u8> {
+    let mut bytes = Banner { lowest: version, highest: version }.encode().to_vec();
     for (elapsed, message) in messages {
         let elapsed = Elapsed { nanoseconds: elapsed.as_nanos() as u64 };
-        bytes.extend(encode(VERSION, 0, &elapsed.into()).unwrap());
-        bytes.extend(encode(VERSION, 1, message).unwrap());
+        bytes.extend(encode(version, 0, &elapsed.into()).unwrap());
+        bytes.extend(encode(version, 1, message).unwrap());
     }
     bytes
 }

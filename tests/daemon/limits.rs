@@ -38,13 +38,23 @@ fn the_number_of_connections_is_limited() {
     for daemon in [Daemon::start("--max-connections 3"), Daemon::over_tcp("--max-connections 3")] {
         let mut first = daemon.client();
         let _others = [daemon.client(), Client::new(&daemon.address)];
+        // One connection more is for administration: it may ask, and follows and feeds nothing.
+        let mut administrator = Client::with_hello(&daemon.address);
+        assert_eq!(administrator.status().connections, 4);
         let mut late = Client::without_banner(&daemon.address);
         assert_eq!(late.banner(), Banner::OURS);
         match &late.rest()[..] {
             [(0, Message::Error(report))] => assert_eq!(report.code, ErrorCode::TooManyConnections as u16),
             other => panic!("{other:?}"),
         }
-        assert_eq!(first.status().connections, 3);
+        administrator.send(1, subscribe("cam", FULL));
+        match &administrator.rest()[..] {
+            [(0, Message::Error(report)), (0, Message::Goodbye(_))] => {
+                assert_eq!(report.code, ErrorCode::TooManyConnections as u16);
+            }
+            other => panic!("{other:?}"),
+        }
+        eventually("its place is free", || (first.status().connections == 3).then_some(()));
         first.part();
         let mut again = eventually("there is room again", || {
             let mut client = Client::without_banner(&daemon.address);
@@ -166,7 +176,8 @@ fn memory_is_limited() {
         assert_eq!(codes(producer.answer()), (0, vec![RefusalCode::DaemonFull as u16]));
     }
     producer.close(true);
-    eventually("the memory is given back", || (daemon.status().memory == 0).then_some(()));
+    let of_streams = || daemon.status().streams.iter().map(|stream| stream.memory).sum::<u64>();
+    eventually("the memory is given back", || (of_streams() == 0).then_some(()));
     other.frame(&points(&mut random, 1));
     daemon.stop();
 }

@@ -17,7 +17,7 @@ const MOVE: usize = 1000;
 const FRAMES: u64 = 20;
 
 /// A stream in which some points move in each frame.
-struct Moving {
+pub struct Moving {
     producer: Producer,
     random: Random,
     moving: Vec<Point>,
@@ -42,7 +42,7 @@ impl Moving {
 }
 
 /// A consumer that reads nothing while many frames are sent. Another consumer reads each of them.
-fn lagging(daemon: &Daemon) -> (Consumer, Moving, Mirror) {
+pub fn lagging(daemon: &Daemon) -> (Consumer, Moving, Mirror) {
     let mut moving = Moving::new(daemon);
     let (mut slow, mut fast) = (daemon.consumer("cam", FULL), daemon.consumer("cam", FULL));
     slow.expect_snapshot(Cause::Start);
@@ -56,7 +56,7 @@ fn lagging(daemon: &Daemon) -> (Consumer, Moving, Mirror) {
 
 /// Every frame is either sent or covered by a `Lagged`, whose range ends at the frame that follows it. Returns those
 /// messages.
-fn lags(slow: &mut Consumer, last: u64) -> Vec<Message> {
+pub fn lags(slow: &mut Consumer, last: u64) -> Vec<Message> {
     let mut after_lag = Vec::new();
     while slow.mirror.number() < last {
         let had = slow.mirror.number();

@@ -18,12 +18,13 @@ fn two_producers_feed_one_stream() {
     assert!(!one.opened.created && !other.opened.created);
     let batch = one.batch(&[(0.0, 0.0), (1.0, 0.0)]);
     one.is_accepted(batch, 2);
-    // A commit closes the frame for all producers.
+    // A commit closes the frame with what its own producer has sent.
     assert_eq!(other.frame(&[(1.0, 1.0), (0.0, 1.0)]), 1);
     assert_eq!(one.frame(&[(5.0, 5.0)]), 2);
     assert_eq!(consumer.expect_snapshot(Cause::Start), 1);
-    assert_eq!((consumer.mirror.vertices().len(), consumer.mirror.critical().len()), (4, 1));
+    assert_eq!((consumer.mirror.vertices().len(), consumer.mirror.critical().len()), (2, 0));
     consumer.expect_diff(2);
+    assert_eq!((consumer.mirror.vertices().len(), consumer.mirror.critical().len()), (5, 1));
     daemon.stop();
 }
 
@@ -157,13 +158,16 @@ fn the_end_of_a_stream_reaches_all_producers_and_consumers() {
     let (mut one, mut other) = (daemon.producer("cam"), daemon.producer("cam"));
     let mut consumer = daemon.consumer("cam", FULL);
     one.frame(&[(0.0, 0.0)]);
-    let batch = other.batch(&[(1.0, 0.0)]);
-    other.is_accepted(batch, 1);
-    // Points without a commit make a last frame.
+    for (producer, x) in [(&mut one, 1.0), (&mut other, 2.0)] {
+        let batch = producer.batch(&[(x, 0.0)]);
+        producer.is_accepted(batch, 1);
+    }
+    // Points of the producer that ends the stream make a last frame; those of others, uncommitted, are left out.
     assert_eq!(one.close(true), 2);
     assert_eq!(other.answer(), Message::Closed(Closed { frame: 2 }));
     consumer.expect_snapshot(Cause::Start);
     consumer.expect_diff(2);
+    assert_eq!(consumer.mirror.vertices().len(), 2);
     match consumer.next() {
         Message::StreamClosed(closed) => assert_eq!((closed.stream, closed.frame), (consumer.opened.stream, 2)),
         last => panic!("{last:?}"),

@@ -6,7 +6,7 @@ use hopes_protocol::*;
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-use crate::common::growing_stream::{GrowingStream, frames, recording};
+use crate::common::growing_stream::{GrowingStream, frames, recording, recording_in};
 use crate::common::mirror::Mirror as LineMirror;
 use crate::common::process::{Finished, hopes};
 
@@ -92,6 +92,16 @@ fn a_recording_of_a_recording_is_the_same() {
     assert_eq!(replay("--fast --output bin", &bytes).out(), bytes);
 }
 
+/// Files are written in one version and read in all.
+#[test]
+fn a_recording_in_any_version_is_read() {
+    let newest = at_once(&messages());
+    let shown = replay("--fast --output bin", recording(&newest)).out();
+    for version in 1..=VERSION {
+        assert_eq!(replay("--fast --output bin", recording_in(version, &newest)).out(), shown, "version {version}");
+    }
+}
+
 #[test]
 fn the_pace_can_be_changed() {
     let times = [0, 0, 600].map(Duration::from_millis);
@@ -152,7 +162,7 @@ fn a_damaged_recording_says_where() {
 fn files_that_are_not_recordings_are_refused() {
     let banner = |lowest, highest| Banner { lowest, highest }.encode();
     replay("", b"points,in,a,table\n1,2,3,4\n").fails(1, &["not written by hopes", "-: "]);
-    replay("", banner(3, 9)).fails(1, &["too new or too old", "speaks protocol versions 3 to 9"]);
+    replay("", banner(4, 9)).fails(1, &["too new or too old", "speaks protocol versions 4 to 9"]);
     hopes("replay /nowhere/at.all").runs().fails(1, &["cannot open /nowhere/at.all"]);
     let frame = |kind, length| [&banner(1, 1)[..], &header(1, kind, 1, length)].concat();
     replay("", frame(0x0206, u32::MAX)).fails(1, &["damaged at byte 20", "4294967295 bytes"]);

@@ -205,6 +205,32 @@ fn a_connection_that_breaks_is_an_error() {
     ended(&|peer, channel| peer.send(channel, report.clone()), &["no such view"]);
 }
 
+/// Of several streams one is left out, and the others are followed. Without others that is an error.
+#[test]
+fn a_stream_with_too_many_views_is_left_out() {
+    let report = || Report { code: ErrorCode::TooManyViews as u16, answers: 0x0201, text: "views of cam".to_owned() };
+    let refused = |pattern: &str| {
+        let daemon = FakeDaemon::new();
+        let client = watch(&daemon, "--stream").with(pattern).start();
+        let mut peer = daemon.greet();
+        let (channel, _) = peer.expect_subscribe();
+        peer.send(channel, GrowingStream::new(1).opened("cam", 7));
+        peer.send(channel, report());
+        (client, peer, channel)
+    };
+    let (client, mut peer, channel) = refused("cam*");
+    peer.send(channel, StreamClosed { stream: 1, frame: 0, reason: "too many views".to_owned() });
+    let other = GrowingStream::new(2);
+    peer.send(channel, other.opened("camera", 7));
+    peer.send(channel, other.snapshot(Cause::Start));
+    peer.goodbye(&[("camera", 1)]);
+    let finished = client.finish();
+    assert!(finished.err.contains("views of cam"), "{}", finished.err);
+    assert!(finished.text().contains("camera  frame 1"));
+    let (client, _peer, _) = refused("cam");
+    client.finish().fails(1, &["views of cam"]);
+}
+
 #[test]
 fn a_closed_pipe_ends_a_watch() {
     let daemon = FakeDaemon::new();
@@ -300,7 +326,7 @@ fn a_recording_has_the_bytes_that_were_sent() {
     let bytes = std::fs::read(&file).unwrap();
     let mut decoder = Decoder::new(LARGEST_FRAME);
     decoder.push(&bytes);
-    assert_eq!(decoder.banner(), Ok(Some(Banner { lowest: VERSION, highest: VERSION })));
+    assert_eq!(decoder.banner(), Ok(Some(Banner { lowest: FILE_VERSION, highest: FILE_VERSION })));
     let (mut recorded, mut last) = (Vec::new(), 0);
     while let Some(frame) = decoder.frame().unwrap() {
         match frame.message().unwrap() {

@@ -5,6 +5,7 @@ in `__all__` are the public interface. `hopes_client.messages` and `hopes_client
 protocol itself.
 """
 
+from .admin import Peer, StreamMemory
 from .connection import Options
 from .consumer import FollowOptions, Subscription
 from .daemon import Daemon, connect
@@ -29,7 +30,7 @@ from .errors import (
     VersionMismatch,
 )
 from .frame import Frame
-from .messages import Dot, Refusal, Status, StreamInfo, StreamStatus
+from .messages import Dot, Memory, Refusal, Status, StreamInfo, StreamStatus
 from .mirror import Mirror
 from .producer import Answer, Producer
 from .recording import Recording, read_recording
@@ -57,8 +58,10 @@ __all__ = [
     "InboxFull",
     "Incomplete",
     "Malformed",
+    "Memory",
     "Mirror",
     "Options",
+    "Peer",
     "PeerSilent",
     "Producer",
     "ProtocolError",
@@ -70,6 +73,7 @@ __all__ = [
     "Status",
     "StreamEnded",
     "StreamInfo",
+    "StreamMemory",
     "StreamStatus",
     "Subscription",
     "TimedOut",

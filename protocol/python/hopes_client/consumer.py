@@ -40,6 +40,8 @@ _SHORTEST_PAUSE = 0.1
 _LONGEST_PAUSE = 5.0
 _NOTHING_KEPT: dict[str, Mirror] = {}
 _NO_TRACKS = TracksWanted.of(None)
+# The code of an error that leaves out one stream: the subscription goes on without it.
+_TOO_MANY_VIEWS = 15
 
 
 @dataclass(frozen=True)
@@ -234,7 +236,7 @@ class Subscription:
         while True:
             message = self._next_message(deadline)
             if isinstance(message, Error):
-                if message.answers == Subscribe.TYPE:
+                if message.answers == Subscribe.TYPE and message.code != _TOO_MANY_VIEWS:
                     self._ended = True
                     self._finalizer.detach()
                     self._connection.close_channel(self._channel)

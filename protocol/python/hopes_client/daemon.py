@@ -9,10 +9,27 @@ from __future__ import annotations
 from types import TracebackType
 from typing import Any, Callable, TypeVar
 
+from .admin import Peer
 from .connection import Connection, Options, open_socket
 from .consumer import FollowOptions, Subscription
 from .link import Link
-from .messages import GetStatus, ListStreams, Message, Status, StreamInfo, Streams, Welcome
+from .messages import (
+    Disconnect,
+    Disconnected,
+    GetMemory,
+    GetStatus,
+    ListPeers,
+    ListStreams,
+    Memory,
+    Message,
+    Peers,
+    Status,
+    StopStream,
+    StreamInfo,
+    Streams,
+    StreamStopped,
+    Welcome,
+)
 from .mirror import Mirror
 from .producer import Producer
 from .shared import DotsWanted, View, Window
@@ -98,6 +115,24 @@ class Daemon:
     def status(self, *, timeout: float | None = None) -> Status:
         """The state of the daemon."""
         return self._ask(GetStatus(), Status, timeout)
+
+    def peers(self, *, timeout: float | None = None) -> list[Peer]:
+        """The daemon's peers, this client among them, by number. `DaemonTooOld` if no version of the daemon has this;
+        so with the three methods below.
+        """
+        return self._ask(ListPeers(), Peers, timeout).peers
+
+    def memory(self, *, timeout: float | None = None) -> Memory:
+        """What the daemon's memory is used for."""
+        return self._ask(GetMemory(), Memory, timeout)
+
+    def stop_stream(self, name: str, *, timeout: float | None = None) -> int:
+        """Ends a stream for everybody, and gives its last frame. `DaemonError` with code 17 if there is none."""
+        return self._ask(StopStream(name), StreamStopped, timeout).frame
+
+    def disconnect(self, peer: int, *, timeout: float | None = None) -> None:
+        """Ends the connection of a peer, by its number. `DaemonError` with code 18 if there is none."""
+        self._ask(Disconnect(peer), Disconnected, timeout)
 
     def close(self, reason: str = "the client is done") -> None:
         """Waits until all messages of producers are answered, sends `Goodbye` and closes."""

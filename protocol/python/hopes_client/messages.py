@@ -1,8 +1,7 @@
-"""All messages of protocol versions 1 and 2, as dataclasses whose fields have the order of the wire.
+"""All messages of protocol versions 1 to 3, as dataclasses whose fields have the order of the wire.
 
-In: field values. Out: the classes, `Message.TYPE` and `Message.SINCE` of each, `encode` and `decode`. Invariants: the
-type hint of a field is the only definition of its encoding. A field with the name of a Python keyword ends in an
-underscore (`Diff.from_`). `decode(TYPE, encode(message)) == message`.
+In: field values. Out: the classes, their `TYPE` and `SINCE`, `encode` and `decode`. Invariants: only type hints define
+encodings. A Python keyword as a field ends in `_` (`Diff.from_`). `decode(TYPE, encode(message)) == message`.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, Optional, Union
 
+from .admin import Peer, StreamMemory
 from .codec import F64, U16, U32, U64, AnyF64, Packed, decode_body, encode_body
 from .errors import BodyError
 from .shared import Cause, Critical, DotsWanted, Edge, FrameHeader, Policy, Vertex, View, Window
@@ -161,6 +161,13 @@ class Status(Message, type=0x000A):
     memory: U64
     memory_limit: U64
     streams: list[StreamStatus]
+
+
+@dataclass(frozen=True)
+class Elapsed(Message, type=0x0F01):
+    """The time since a recording began. Only in files."""
+
+    nanoseconds: U64
 
 
 # Producers.
@@ -433,11 +440,60 @@ class Tracks(Message, type=0x020E, since=2):
     cycles: list[TrackCycle]
 
 
-# Files.
+# Administration.
 
 
 @dataclass(frozen=True)
-class Elapsed(Message, type=0x0F01):
-    """The time since a recording began."""
+class ListPeers(Message, type=0x0301, since=3):
+    """Asks for the daemon's peers."""
 
-    nanoseconds: U64
+
+@dataclass(frozen=True)
+class Peers(Message, type=0x0302, since=3):
+    """The answer to `ListPeers`, by number."""
+
+    peers: list[Peer]
+
+
+@dataclass(frozen=True)
+class StopStream(Message, type=0x0303, since=3):
+    """Ends a stream, for all its peers."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class StreamStopped(Message, type=0x0304, since=3):
+    """The answer to `StopStream`, with the stream's last frame."""
+
+    name: str
+    frame: U64
+
+
+@dataclass(frozen=True)
+class Disconnect(Message, type=0x0305, since=3):
+    """Ends the connection of a peer."""
+
+    peer: U64
+
+
+@dataclass(frozen=True)
+class Disconnected(Message, type=0x0306, since=3):
+    """The answer to `Disconnect`."""
+
+    peer: U64
+
+
+@dataclass(frozen=True)
+class GetMemory(Message, type=0x0307, since=3):
+    """Asks what the daemon's memory is used for."""
+
+
+@dataclass(frozen=True)
+class Memory(Message, type=0x0308, since=3):
+    """The answer to `GetMemory`, in bytes. `limit` is 0 if there is none. `peers` is the part of `held` for peers."""
+
+    limit: U64
+    held: U64
+    peers: U64
+    streams: list[StreamMemory]

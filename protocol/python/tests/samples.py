@@ -11,6 +11,7 @@ import struct
 from typing import Any
 
 from hopes_client import messages as m
+from hopes_client.admin import Peer, StreamMemory
 from hopes_client.shared import Cause, Cut, DotsWanted, FrameHeader, Policy, Simplify, View, Window
 from hopes_client.tracks import Happening, Track, TrackChanges, TrackCycle, TrackEvent, TracksWanted
 
@@ -110,6 +111,8 @@ def tracks(
 
 INFO = m.StreamInfo(9, "lidär", 77, Window.time(2.5), 0.125, 300, 70_000, 5_000_000_000, 2, 1)
 BIG = 2**64 - 1
+PEER = Peer(3, "tcp:127.0.0.1:7878", "sensör 1", 86_400_000, 250, 2, 70_000, 1 << 20, 251, BIG, 5)
+MEMORY = m.Memory(1 << 30, 1 << 20, 251, [StreamMemory("lidär", 65_536, 250, BIG), StreamMemory("", 0, 0, 0)])
 
 MESSAGES: list[m.Message] = [
     m.Hello("test", []),
@@ -166,5 +169,13 @@ MESSAGES: list[m.Message] = [
             event(70_000, 251, "Died"),
         ),
     ),
+    m.ListPeers(),
+    m.Peers([PEER, PEER]),
+    m.StopStream("lidär"),
+    m.StreamStopped("lidär", 70_000),
+    m.Disconnect(3),
+    m.Disconnected(BIG),
+    m.GetMemory(),
+    MEMORY,
     m.Elapsed(1_500_000_000),
 ]

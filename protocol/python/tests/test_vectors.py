@@ -1,6 +1,6 @@
 """The vectors of each protocol version: every message as bytes and as JSON, and invalid bytes.
 
-In: the files of `protocol/vectors/v1` and `v2`. A folder without vectors is a failure.
+In: the files of `protocol/vectors`, a folder for each version. A folder without vectors is a failure.
 """
 
 from __future__ import annotations

@@ -94,13 +94,13 @@ class OuterFrame(unittest.TestCase):
         return bytes(frame)
 
     def test_bytes(self) -> None:
-        head = bytes.fromhex("686f7046 0200 0501 07000000 04000000")
+        head = bytes.fromhex("686f7046 0300 0501 07000000 04000000")
         expected = head + struct.pack("<I", slow_crc32c(head)) + b"body" + struct.pack("<I", slow_crc32c(b"body"))
         self.assertEqual(self.good, expected)
 
     def test_round_trip(self) -> None:
         frame, size = parse_frame(self.good + b"more")
-        self.assertEqual((frame.version, frame.type, frame.channel, frame.body), (2, 0x0105, 7, b"body"))
+        self.assertEqual((frame.version, frame.type, frame.channel, frame.body), (3, 0x0105, 7, b"body"))
         self.assertEqual(size, len(self.good))
 
     def test_incomplete(self) -> None:
@@ -138,7 +138,7 @@ class OuterFrame(unittest.TestCase):
         bodies = []
         for byte in self.good + pack_frame(3, 0, b""):
             buffer.feed(bytes([byte]))
-            frame = buffer.next_frame(2)
+            frame = buffer.next_frame(3)
             bodies += [frame.body] if frame else []
         self.assertEqual(bodies, [b"body", b""])
         self.assertEqual(len(buffer), 0)
@@ -146,7 +146,7 @@ class OuterFrame(unittest.TestCase):
     def test_an_announced_body_takes_no_memory(self) -> None:
         buffer = FrameBuffer()
         buffer.feed(self.broken(12, struct.pack("<I", 1 << 30))[:HEADER_SIZE])
-        self.assertIsNone(buffer.next_frame(2))
+        self.assertIsNone(buffer.next_frame(3))
         self.assertEqual(len(buffer), HEADER_SIZE)
 
 
@@ -206,7 +206,7 @@ class Bodies(unittest.TestCase):
 
     def test_every_type_is_among_the_samples(self) -> None:
         self.assertEqual({message.TYPE for message in MESSAGES}, set(m.BY_TYPE))
-        self.assertEqual(len(m.BY_TYPE), 36)
+        self.assertEqual(len(m.BY_TYPE), 44)
 
     def test_round_trip(self) -> None:
         for message in MESSAGES:
@@ -251,15 +251,22 @@ class Bodies(unittest.TestCase):
             m.decode(0x7777, b"")
 
     def test_a_version_does_not_have_messages_of_later_versions(self) -> None:
-        later = {m.WantTracks, m.Tracks}
+        of_version_3 = {
+            *(m.ListPeers, m.Peers, m.StopStream, m.StreamStopped),
+            *(m.Disconnect, m.Disconnected, m.GetMemory, m.Memory),
+        }
+        later = {2: {m.WantTracks, m.Tracks}, 3: of_version_3}
         for message in MESSAGES:
             body = bytes(m.encode(message))
-            if type(message) in later:
-                with self.assertRaisesRegex(BodyError, "not known in version 1"):
-                    m.decode(message.TYPE, body, 1)
-            else:
-                self.assertEqual(m.decode(message.TYPE, body, 1), message)
-        self.assertEqual({kind for kind in m.BY_TYPE.values() if kind.SINCE == 2}, later)
+            since = next((version for version, kinds in later.items() if type(message) in kinds), 1)
+            for version in (1, 2, 3):
+                if version < since:
+                    with self.assertRaisesRegex(BodyError, f"not known in version {version}"):
+                        m.decode(message.TYPE, body, version)
+                else:
+                    self.assertEqual(m.decode(message.TYPE, body, version), message)
+        for version, kinds in later.items():
+            self.assertEqual({kind for kind in m.BY_TYPE.values() if kind.SINCE == version}, kinds)
 
     def test_impossible_counts(self) -> None:
         huge = "fdffffffffffffffff"

@@ -1,4 +1,4 @@
-//! Bytes that must give an error: the samples of `vectors/v1/bad` and `vectors/v2/bad`.
+//! Bytes that must give an error: the samples of `vectors/v1/bad`, `vectors/v2/bad` and `vectors/v3/bad`.
 //!
 //! In: a version. Out: bytes with the class of their error.
 //!
@@ -37,6 +37,7 @@ pub fn of(version: u16) -> Vec<Bad> {
             .flatten()
             .collect(),
         2 => super::bad_tracks::all(),
+        3 => super::bad_admin::all(),
         version => panic!("version {version} has no samples"),
     }
 }

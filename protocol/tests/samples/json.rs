@@ -85,6 +85,14 @@ bodies! {
     Unsubscribed(Unsubscribed),
     WantTracks(WantTracks),
     Tracks(Tracks),
+    ListPeers(ListPeers),
+    Peers(Peers),
+    StopStream(StopStream),
+    StreamStopped(StreamStopped),
+    Disconnect(Disconnect),
+    Disconnected(Disconnected),
+    GetMemory(GetMemory),
+    Memory(Memory),
     Elapsed(Elapsed),
 }
 

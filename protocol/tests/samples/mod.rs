@@ -9,7 +9,9 @@
 //! Must not know: bytes.
 #![allow(dead_code, missing_docs, reason = "each test binary uses a part")]
 
+mod admin;
 pub mod bad;
+mod bad_admin;
 mod bad_tracks;
 mod connection;
 mod consumers;
@@ -22,7 +24,7 @@ mod tracks;
 use hopes_protocol::{Checksum, Critical, Edge, Message, Vertex};
 
 /// The versions of the protocol. Each has a folder of vectors.
-pub const VERSIONS: [u16; 2] = [1, 2];
+pub const VERSIONS: [u16; 3] = [1, 2, 3];
 
 /// Numbers on both sides of each border of the encoding.
 pub const BORDERS: [u64; 9] = [0, 250, 251, 65_535, 65_536, 0xFFFF_FFFF, 0x1_0000_0000, u64::MAX - 1, u64::MAX];
@@ -43,7 +45,8 @@ pub struct Sample {
 
 /// All samples.
 pub fn all() -> Vec<Sample> {
-    [connection::samples(), producers::samples(), consumers::samples(), tracks::samples()].concat()
+    let of_version_1 = [connection::samples(), producers::samples(), consumers::samples()].concat();
+    [of_version_1, tracks::samples(), admin::samples()].concat()
 }
 
 /// The samples in frames of a version.

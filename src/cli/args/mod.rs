@@ -12,7 +12,7 @@ mod tracks;
 mod values;
 mod view;
 
-pub use peers::{FollowArgs, From, To, name};
+pub use peers::{Connect, FollowArgs, To, name};
 pub use sockets::{PLACES, SocketArgs};
 pub use tracks::TrackArgs;
 pub use values::{duration, host_and_port, number, rate, resolution, scene, window};

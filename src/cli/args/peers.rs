@@ -24,10 +24,18 @@ pub struct To {
 
 /// The daemon that a consumer connects to.
 #[derive(Clone, Debug, Args)]
-pub struct From {
+struct From {
     /// Where the daemon listens: unix:PATH or tcp:HOST:PORT.
     #[arg(long, value_name = "ADDRESS")]
-    pub from: Address,
+    from: Address,
+}
+
+/// The daemon that is asked or administered.
+#[derive(Clone, Debug, Args)]
+pub struct Connect {
+    /// Where the daemon listens: unix:PATH or tcp:HOST:PORT.
+    #[arg(long, value_name = "ADDRESS", visible_alias = "from")]
+    pub connect: Address,
 }
 
 /// What a consumer follows, and how far.

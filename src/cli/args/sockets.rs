@@ -4,6 +4,7 @@
 //! Out: the daemon's limits, policies and streams.
 //! Must not know: sockets.
 
+use std::num::NonZeroUsize;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
@@ -43,6 +44,20 @@ pub struct SocketArgs {
     /// Streams at one time.
     #[arg(long, value_name = "N", default_value_t = Limits::default().streams)]
     max_streams: usize,
+    /// Of them, those that one connection has made.
+    #[arg(long, value_name = "N", default_value_t = Limits::default().peer_streams)]
+    max_peer_streams: usize,
+    /// End a stream that a producer has made once nobody has fed or followed it for so long [default: never].
+    ///
+    /// Streams given by --stream stay.
+    #[arg(long, value_name = "DURATION", value_parser = duration)]
+    stream_ttl: Option<Duration>,
+    /// Different views of one stream; a consumer that wants another one is refused, with the reason.
+    #[arg(long, value_name = "N", default_value_t = Limits::default().views)]
+    max_views: NonZeroUsize,
+    /// Different views that one connection follows.
+    #[arg(long, value_name = "N", default_value_t = Limits::default().peer_views)]
+    max_peer_views: NonZeroUsize,
     /// Points in the window of a stream; more are refused, with the reason.
     #[arg(long, value_name = "N", default_value_t = Limits::default().points)]
     max_points: u64,
@@ -57,9 +72,11 @@ pub struct SocketArgs {
         value_parser = clap::value_parser!(u32).range(1..=100_000)
     )]
     max_batch: u32,
-    /// Memory of all streams, such as 512MiB or 4GiB; at the limit batches are refused [default: no limit].
+    /// Memory of all streams and peers, such as 512MiB or 4GiB [default: no limit].
     ///
-    /// It is an estimate: 940 bytes a distinct position, and the changes kept (--history).
+    /// At the limit the changes kept (--history) go first, then consumers that do not read, then streams that nobody
+    /// uses; new consumers are refused. Batches are refused only when points alone take all of it. It is an estimate:
+    /// see `hopes status --memory`.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     max_memory: Option<u64>,
     /// How far a consumer may be behind before frames are merged for it.
@@ -110,6 +127,10 @@ impl SocketArgs {
         Limits {
             connections: self.max_connections,
             streams: self.max_streams,
+            peer_streams: self.max_peer_streams,
+            stream_ttl: self.stream_ttl,
+            views: self.max_views,
+            peer_views: self.max_peer_views,
             points: self.max_points,
             vertices: self.max_vertices,
             largest_batch: self.max_batch,

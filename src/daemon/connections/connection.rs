@@ -6,8 +6,9 @@
 //!
 //! Must not know: what messages say, what streams compute.
 
-use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
-use std::sync::{Arc, Mutex};
+use std::net::Shutdown;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU16, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::Sender;
@@ -16,29 +17,38 @@ use hopes_protocol as wire;
 use super::outbox::Outbox;
 use super::producer::ProducerChannel;
 use super::socket::Socket;
-use crate::daemon::encoding::encoded;
-use crate::daemon::locks::lock;
-use crate::daemon::streams::publishing::cursor::{Cursor, Request};
+use crate::daemon::encoding::{Encoded, encoded};
+use crate::daemon::locks::{Level, Lock};
+use crate::daemon::log_limits::LogLimits;
+use crate::daemon::memory::Account;
+use crate::daemon::streams::consumer::Consumer;
+use crate::daemon::streams::publishing::cursor::Cursor;
 
 /// A connection.
 #[derive(Debug)]
 pub struct Connection {
     /// For logs: its number and the address that it came to.
     pub label: String,
+    /// The address that it came to.
+    pub place: String,
+    /// It has the connection that is reserved for administration.
+    pub is_reserved: bool,
     /// The socket.
-    pub socket: Socket,
+    pub socket: Arc<Socket>,
+    /// What its cursors share.
+    pub consumer: Arc<Consumer>,
     /// Messages that do not come from cursors.
     pub outbox: Arc<Outbox>,
-    /// Its cursors, each with its channel. No engine takes this lock, so requests may be sent to engines under it: the
-    /// request to join then comes before the one to leave.
-    pub cursors: Mutex<Vec<(u32, Arc<Cursor>)>>,
+    /// Its cursors, each with its channel. Requests are made under this lock, which never waits: so the request to join
+    /// comes before the one to leave.
+    pub cursors: Lock<Vec<(u32, Arc<Cursor>)>>,
     /// Channels that fed streams until the daemon's end, whose last replies are still sent.
-    pub producers: Mutex<Vec<Arc<ProducerChannel>>>,
-    /// Wakes the writer thread.
-    wake: Sender<()>,
-    goodbye: Mutex<Option<wire::Shared>>,
+    pub producers: Lock<Vec<Arc<ProducerChannel>>>,
+    /// What is counted.
+    pub counts: Counts,
+    goodbye: Lock<Option<Encoded>>,
     /// When something was received last.
-    received: Mutex<Instant>,
+    received: Lock<Instant>,
     /// The peer does not take what it is sent, so nothing more is taken of it.
     is_cut_off: AtomicBool,
     /// Nothing more is to be read.
@@ -49,18 +59,60 @@ pub struct Connection {
     version: AtomicU16,
 }
 
+/// What is counted of a connection.
+#[derive(Debug)]
+pub struct Counts {
+    /// What the peer calls itself.
+    pub software: Lock<String>,
+    /// Since when it is connected.
+    pub since: Instant,
+    /// Channels that feed streams.
+    pub producers: AtomicU64,
+    /// Channels that follow streams.
+    pub consumers: AtomicU64,
+    /// Bytes received.
+    pub received: AtomicU64,
+    /// Bytes sent.
+    pub sent: AtomicU64,
+}
+
+impl Counts {
+    fn new() -> Self {
+        let zero = || AtomicU64::new(0);
+        let software = Lock::new(Level::Leaf, String::new());
+        let since = Instant::now();
+        Self { software, since, producers: zero(), consumers: zero(), received: zero(), sent: zero() }
+    }
+}
+
+/// Where a connection comes from.
+#[derive(Clone, Debug)]
+pub struct Arrival {
+    /// Its number, from 1.
+    pub peer: u64,
+    /// The address that it came to.
+    pub place: String,
+    /// It has the connection that is reserved for administration.
+    pub is_reserved: bool,
+}
+
 impl Connection {
-    /// A connection whose writer thread receives the wake-ups.
-    pub fn new(label: String, socket: Socket, wake: Sender<()>) -> Self {
+    /// A connection whose writer thread receives the wake-ups. What is held for it is charged to an account.
+    pub fn new(arrival: Arrival, socket: Socket, wake: Sender<()>, account: Arc<Account>) -> Self {
+        let Arrival { peer, place, is_reserved } = arrival;
+        let (socket, consumer) = (Arc::new(socket), Arc::new(Consumer::new(peer, account, wake)));
         Self {
-            label,
+            label: format!("peer {peer} at {place}"),
+            place,
+            is_reserved,
+            outbox: Arc::new(Outbox::new(Arc::clone(&consumer), Arc::clone(&socket))),
             socket,
-            outbox: Arc::new(Outbox::new(wake.clone())),
-            cursors: Mutex::default(),
-            producers: Mutex::default(),
-            wake,
-            goodbye: Mutex::default(),
-            received: Mutex::new(Instant::now()),
+            consumer,
+            cursors: Lock::new(Level::Cursors, Vec::new()),
+            producers: Lock::new(Level::Leaf, Vec::new()),
+            counts: Counts::new(),
+            goodbye: Lock::new(Level::Leaf, None),
+            received: Lock::new(Level::Leaf, Instant::now()),
             is_cut_off: AtomicBool::new(false),
             is_ending: AtomicBool::new(false),
             is_incompatible: AtomicBool::new(false),
@@ -68,43 +120,44 @@ impl Connection {
         }
     }
 
-    /// Something was received.
-    pub fn note_received(&self) {
-        *lock(&self.received) = Instant::now();
+    /// So many bytes were received.
+    pub fn note_received(&self, bytes: usize) {
+        self.counts.received.fetch_add(bytes as u64, Ordering::Relaxed);
+        *self.received.lock() = Instant::now();
     }
 
     /// How long nothing was received.
     pub fn silence(&self) -> Duration {
-        lock(&self.received).elapsed()
+        self.received.lock().elapsed()
     }
 
     /// Sends a message on a channel.
     pub fn send(&self, channel: u32, message: impl Into<wire::Message>) {
-        if let Some(message) = encoded(message) {
+        if let Some(message) = encoded(message, &self.consumer.account) {
             self.outbox.push(channel, message);
         }
     }
 
     /// Sends goodbye after everything else, and disconnects.
     pub fn say_goodbye(&self, reason: &str, streams: Vec<(String, u64)>) {
-        *lock(&self.goodbye) = encoded(wire::Goodbye { reason: reason.to_owned(), streams });
+        let goodbye = encoded(wire::Goodbye { reason: reason.to_owned(), streams }, &self.consumer.account);
+        // The first reason is the one that counts.
+        let mut first = self.goodbye.lock();
+        if first.is_none() {
+            *first = goodbye;
+        }
+        drop(first);
         self.wake_writer();
     }
 
     /// The last message, once it is time for it.
-    pub fn take_goodbye(&self) -> Option<wire::Shared> {
-        lock(&self.goodbye).take()
+    pub fn take_goodbye(&self) -> Option<Encoded> {
+        self.goodbye.lock().take()
     }
 
     /// Wakes the writer thread.
     pub fn wake_writer(&self) {
-        // A full channel has a wake-up under way already.
-        let _ = self.wake.try_send(());
-    }
-
-    /// The sender of wake-ups of the writer thread.
-    pub fn wake(&self) -> Sender<()> {
-        self.wake.clone()
+        self.consumer.wake();
     }
 
     /// Frames to the peer are of this version from now on.
@@ -128,9 +181,45 @@ impl Connection {
         self.is_incompatible.load(Ordering::Acquire)
     }
 
-    /// Whether the peer does not take what it is sent.
-    pub fn set_cut_off(&self, is_cut_off: bool) {
-        self.is_cut_off.store(is_cut_off, Ordering::Release);
+    /// The peer does not take what it is sent.
+    pub fn set_cut_off(&self) {
+        self.is_cut_off.store(true, Ordering::Release);
+    }
+
+    /// Ends the connection at once: what is held for the peer is dropped.
+    pub fn cut_off(&self) {
+        self.set_cut_off();
+        self.outbox.close();
+        // The writer may be waiting for the peer to read.
+        self.socket.shutdown(Shutdown::Both);
+    }
+
+    /// Tells in the log that the peer was cut off.
+    pub fn log_cut_off(&self, logs: &LogLimits) {
+        if let Some(note) = logs.admits("cut off", &self.place) {
+            tracing::warn!("{}: cut off: it does not read what it is sent{note}", self.label);
+        }
+    }
+
+    /// What is known of the peer.
+    pub fn peer(&self) -> wire::Peer {
+        let counts = &self.counts;
+        let number = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        // Not in the expression below, whose other locks must not be taken under this one.
+        let software = counts.software.lock().clone();
+        wire::Peer {
+            peer: self.consumer.peer,
+            place: self.place.clone(),
+            software,
+            connected_ms: counts.since.elapsed().as_millis() as u64,
+            silent_ms: self.silence().as_millis() as u64,
+            producers: number(&counts.producers) as u32,
+            consumers: number(&counts.consumers) as u32,
+            held: self.consumer.held(),
+            received: number(&counts.received),
+            sent: number(&counts.sent),
+            lagged: number(&self.consumer.lagged),
+        }
     }
 
     /// Whether nothing more is taken of the peer.
@@ -141,7 +230,7 @@ impl Connection {
     /// Reads no more.
     pub fn stop_reading(&self) {
         self.is_ending.store(true, Ordering::Release);
-        self.socket.shutdown(std::net::Shutdown::Read);
+        self.socket.shutdown(Shutdown::Read);
     }
 
     /// Whether nothing more is read.
@@ -151,11 +240,10 @@ impl Connection {
 
     /// Ends the cursors of a channel.
     pub fn end_cursors(&self, of_channel: u32) {
-        lock(&self.cursors).retain(|(channel, cursor)| {
+        self.cursors.lock().retain(|(channel, cursor)| {
             let ends = *channel == of_channel;
             if ends {
-                cursor.cancel();
-                cursor.request(Request::Leave(Arc::clone(cursor)));
+                cursor.leave();
             }
             !ends
         });

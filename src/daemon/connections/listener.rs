@@ -3,26 +3,28 @@
 //! In: an [`Address`]. Out: connected sockets for the [`Registry`].
 //!
 //! Invariants: a Unix socket is never open to others than its owner, not even for a moment. The socket of a daemon that
-//! is gone is replaced, that of a running one is not. TCP is open to this machine only, unless asked for.
+//! is gone is replaced, that of a running one is not; of daemons that start at one path at once, one gets it. TCP is
+//! open to this machine only, unless asked for.
 //!
 //! Must not know: the protocol.
 
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::io;
 use std::net::{IpAddr, TcpListener, TcpStream, ToSocketAddrs};
-use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, PermissionsExt};
+use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
 use super::registry::Registry;
 use super::socket::Socket;
 use crate::daemon::address::Address;
+use crate::daemon::log_limits::LogLimits;
 
 /// Why an address cannot be listened at.
 #[derive(Debug, Error)]
@@ -115,7 +117,7 @@ impl Listener {
 impl Bound {
     fn place(&self) -> String {
         match self {
-            Self::Unix(_, path, _) => Address::Unix(path.clone()).to_string(),
+            Self::Unix(_, path, ..) => Address::Unix(path.clone()).to_string(),
             Self::Tcp(listener) => listener
                 .local_addr()
                 .map_or_else(|error| error.to_string(), |at| Address::Tcp(at.to_string()).to_string()),
@@ -124,6 +126,7 @@ impl Bound {
 
     fn accept_all(&self, is_ending: &AtomicBool, registry: &Registry) {
         let place = self.place();
+        let limits = LogLimits::default();
         loop {
             let accepted = self.accept();
             if is_ending.load(Ordering::Acquire) {
@@ -132,7 +135,9 @@ impl Bound {
             match accepted {
                 Ok(socket) => registry.admit(socket, &place),
                 Err(error) => {
-                    tracing::warn!("{place}: cannot accept a connection: {error}");
+                    if let Some(note) = limits.admits("accept", &place) {
+                        tracing::warn!("{place}: cannot accept a connection: {error}{note}");
+                    }
                     // Usually too many open files, which takes some time to pass.
                     thread::sleep(Duration::from_millis(100));
                 }
@@ -153,9 +158,48 @@ impl Bound {
     }
 }
 
+/// A locked file beside a socket's path, while a daemon looks at what is there and takes its place: of several that are
+/// started at once, the others look when one is listening.
+struct PathLock {
+    path: PathBuf,
+    /// Locked until it is closed, also by a daemon that is killed.
+    _file: File,
+}
+
+impl PathLock {
+    /// The lock of a path; none if another daemon has it for too long.
+    fn take(of: &Path) -> io::Result<Option<Self>> {
+        const PATIENCE: Duration = Duration::from_secs(5);
+        let mut path = of.as_os_str().to_owned();
+        path.push(".lock");
+        let (path, deadline) = (PathBuf::from(path), Instant::now() + PATIENCE);
+        while Instant::now() < deadline {
+            let file = File::options().create(true).truncate(false).write(true).mode(0o600).open(&path)?;
+            match file.try_lock() {
+                // Whoever had it before may have removed the file between its opening and its locking.
+                Ok(()) if is_at(&path, file.metadata().map(|data| (data.dev(), data.ino()))?) => {
+                    return Ok(Some(Self { path, _file: file }));
+                }
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(2)),
+                Err(TryLockError::Error(error)) => return Err(error),
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl Drop for PathLock {
+    /// Removes the file while it is locked: whoever waits for it finds out, and makes another.
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
 /// Binds within a folder that only this user can enter, and moves the socket to its path when its permissions are set.
 fn bind_unix(path: &Path, address: &Address) -> Result<Bound, ListenError> {
     let system = |error| ListenError::System { address: address.clone(), error };
+    let _lock = PathLock::take(path).map_err(system)?.ok_or_else(|| ListenError::InUse(address.clone()))?;
     match fs::symlink_metadata(path) {
         Ok(data) if !data.file_type().is_socket() => return Err(ListenError::NotASocket(path.to_owned())),
         Ok(_) if UnixStream::connect(path).is_ok() => return Err(ListenError::InUse(address.clone())),

@@ -12,13 +12,15 @@
 //! for nobody but the socket. No thread of another connection or stream waits for either.
 //! Must not know: what streams compute.
 
+mod administration;
 pub mod connection;
 pub mod listener;
+pub mod members;
 pub mod outbox;
 pub mod producer;
 pub mod reader;
 pub mod registry;
-mod report;
+mod session;
 pub mod socket;
 pub mod subscription;
 mod writer;

@@ -12,8 +12,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use hopes_protocol as wire;
 
 use super::outbox::Outbox;
-use super::report::report;
 use crate::daemon::encoding::encoded;
+use crate::daemon::memory::Account;
+use crate::daemon::report::report;
 use crate::daemon::streams::reply::ReplySink;
 
 /// A producer's channel.
@@ -21,20 +22,21 @@ use crate::daemon::streams::reply::ReplySink;
 pub struct ProducerChannel {
     number: u32,
     outbox: Arc<Outbox>,
+    account: Arc<Account>,
     /// Points dropped so far.
     dropped: AtomicU64,
 }
 
 impl ProducerChannel {
-    /// The channel of this number, whose replies go to an outbox.
-    pub fn new(number: u32, outbox: Arc<Outbox>) -> Self {
-        Self { number, outbox, dropped: AtomicU64::new(0) }
+    /// The channel of this number, whose replies go to an outbox and are charged to an account.
+    pub fn new(number: u32, outbox: Arc<Outbox>, account: Arc<Account>) -> Self {
+        Self { number, outbox, account, dropped: AtomicU64::new(0) }
     }
 }
 
 impl ReplySink for ProducerChannel {
     fn reply(&self, message: wire::Message) {
-        if let Some(message) = encoded(message) {
+        if let Some(message) = encoded(message, &self.account) {
             self.outbox.push(self.number, message);
         }
     }

@@ -13,6 +13,8 @@ use std::net::{Shutdown, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
 
+use crate::daemon::locks::before_waiting;
+
 /// A connected socket.
 #[derive(Debug)]
 pub enum Socket {
@@ -42,6 +44,7 @@ pub trait Transport: fmt::Debug + Send + Sync {
 impl Socket {
     /// Reads what is there, and waits at most as long as `patience`. None if nothing came; an empty slice at the end.
     pub fn read<'a>(&self, buffer: &'a mut [u8], patience: Duration) -> io::Result<Option<&'a [u8]>> {
+        before_waiting("a peer's bytes");
         let read = match self {
             Self::Unix(stream) => {
                 stream.set_read_timeout(Some(patience))?;
@@ -65,6 +68,7 @@ impl Socket {
 
     /// Writes everything, or fails after `patience`.
     pub fn write(&self, mut bytes: &[u8], patience: Duration) -> io::Result<()> {
+        before_waiting("a peer to read");
         if let Self::Tunnel(transport) = self {
             return transport.write(bytes, patience);
         }

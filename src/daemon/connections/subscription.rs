@@ -6,16 +6,16 @@
 //!
 //! Must not know: how streams are computed, sockets.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
 
 use hopes_protocol as wire;
 use wildmatch::WildMatchPattern;
 
 use super::connection::Connection;
-use crate::daemon::locks::lock;
+use crate::daemon::locks::{Level, Lock};
 use crate::daemon::streams::directory::StreamWatcher;
-use crate::daemon::streams::publishing::cursor::{Cursor, Request};
+use crate::daemon::streams::publishing::cursor::Cursor;
 use crate::daemon::streams::stream::Stream;
 
 /// Matches names in which `*` stands for any run of characters. No name has a NUL, so nothing stands for a single one.
@@ -27,18 +27,16 @@ pub struct Subscription {
     channel: u32,
     connection: Arc<Connection>,
     pattern: Pattern,
-    /// The view of streams that come later.
-    view: Mutex<wire::ChangeView>,
-    /// The tracks wanted of them.
-    tracks: Mutex<wire::TracksWanted>,
+    /// The view, and the tracks, that are wanted of streams that come later.
+    wanted: Lock<(wire::ChangeView, wire::TracksWanted)>,
     is_over: AtomicBool,
 }
 
 impl Subscription {
     /// A subscription on a channel of a connection.
     pub fn new(channel: u32, connection: Arc<Connection>, pattern: Pattern, view: wire::ChangeView) -> Self {
-        let (view, tracks, is_over) = (Mutex::new(view), Mutex::default(), AtomicBool::new(false));
-        Self { channel, connection, pattern, view, tracks, is_over }
+        let wanted = Lock::new(Level::Wanted, (view, wire::TracksWanted::default()));
+        Self { channel, connection, pattern, wanted, is_over: AtomicBool::new(false) }
     }
 
     /// Makes no cursor any more, and ends those that it has.
@@ -47,18 +45,23 @@ impl Subscription {
         self.connection.end_cursors(self.channel);
     }
 
+    /// The view that is wanted.
+    pub fn view(&self) -> wire::View {
+        self.wanted.lock().0.view
+    }
+
     /// Follows another view.
     pub fn change_view(&self, change: wire::ChangeView) {
-        let cursors = lock(&self.connection.cursors);
-        *lock(&self.view) = change;
-        self.of_channel(&cursors).for_each(|cursor| cursor.request(Request::ChangeView(Arc::clone(cursor), change)));
+        let cursors = self.connection.cursors.lock();
+        self.wanted.lock().0 = change;
+        self.of_channel(&cursors).for_each(|cursor| cursor.change_view(change));
     }
 
     /// Wants tracks, or other tracks.
     pub fn want_tracks(&self, tracks: wire::TracksWanted) {
-        let cursors = lock(&self.connection.cursors);
-        *lock(&self.tracks) = tracks;
-        self.of_channel(&cursors).for_each(|cursor| cursor.request(Request::WantTracks(Arc::clone(cursor), tracks)));
+        let cursors = self.connection.cursors.lock();
+        self.wanted.lock().1 = tracks;
+        self.of_channel(&cursors).for_each(|cursor| cursor.request_tracks(tracks));
     }
 
     fn of_channel<'a>(&self, cursors: &'a [(u32, Arc<Cursor>)]) -> impl Iterator<Item = &'a Arc<Cursor>> {
@@ -72,12 +75,12 @@ impl StreamWatcher for Subscription {
     }
 
     fn stream_opened(&self, stream: &Arc<Stream>, resume: Option<wire::Resume>) {
-        let mut cursors = lock(&self.connection.cursors);
+        let mut cursors = self.connection.cursors.lock();
         if self.is_over.load(Ordering::Acquire) {
             return;
         }
-        let (view, tracks) = (*lock(&self.view), *lock(&self.tracks));
-        let cursor = stream.cursor(view.dots, tracks, self.connection.wake());
+        let (view, tracks) = *self.wanted.lock();
+        let cursor = stream.cursor(&self.connection.consumer, view.dots, tracks);
         cursors.push((self.channel, Arc::clone(&cursor)));
         stream.join(&cursor, view.view, resume);
         // The message that the stream is there is sent even if it has no frame.
@@ -85,7 +88,7 @@ impl StreamWatcher for Subscription {
     }
 
     fn stream_ended(&self, stream: &Arc<Stream>, reason: &str) {
-        let cursors = lock(&self.connection.cursors);
+        let cursors = self.connection.cursors.lock();
         self.of_channel(&cursors)
             .filter(|cursor| Arc::ptr_eq(&cursor.stream, &stream.state))
             .for_each(|cursor| cursor.close(stream.state.stats.frame(), reason));

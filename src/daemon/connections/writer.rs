@@ -10,14 +10,16 @@
 use std::io;
 use std::net::Shutdown;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::Receiver;
 use hopes_protocol as wire;
 
 use super::connection::Connection;
-use crate::daemon::encoding::encoded;
-use crate::daemon::locks::lock;
+use crate::daemon::encoding::{Encoded, encoded};
+use crate::daemon::locks::before_waiting;
+use crate::daemon::memory::Charge;
 use crate::daemon::settings::Limits;
 use crate::daemon::streams::publishing::cursor::Cursor;
 
@@ -30,12 +32,18 @@ const LAST_WORD: Duration = Duration::from_secs(1);
 /// Sends until goodbye was sent or the connection has ended.
 pub fn run(connection: &Connection, wakes: &Receiver<()>, limits: &Limits) {
     let now = Instant::now();
-    let mut writer = Writer { connection, limits, buffer: Vec::new(), last: now, pinged: now };
+    let held = connection.consumer.account.charge(0);
+    let mut writer = Writer { connection, limits, buffer: Vec::new(), held, last: now, pinged: now };
     let finish = |()| connection.socket.finish(connection.is_ending(), LAST_WORD);
     if let Err(error) = writer.write_banner().and_then(|()| writer.run(wakes)).and_then(finish) {
         tracing::debug!("{}: cannot send: {error}", connection.label);
         // What a peer that has gone sent before is still taken; of one that does not read, nothing more is.
-        connection.set_cut_off(error.kind() == io::ErrorKind::TimedOut);
+        if error.kind() == io::ErrorKind::TimedOut {
+            connection.set_cut_off();
+        }
+    }
+    if connection.outbox.is_overrun() {
+        connection.set_cut_off();
     }
     connection.outbox.close();
     connection.socket.shutdown(Shutdown::Both);
@@ -45,6 +53,8 @@ struct Writer<'a> {
     connection: &'a Connection,
     limits: &'a Limits,
     buffer: Vec<u8>,
+    /// What the buffer takes.
+    held: Charge,
     /// When something was sent last.
     last: Instant,
     /// When it was pinged last.
@@ -70,6 +80,7 @@ impl Writer<'_> {
                 self.put(0, &goodbye)?;
                 return self.flush();
             }
+            before_waiting("something to send");
             if wakes.recv_timeout(patience / 2).is_err() {
                 self.send_heartbeats(patience)?;
             }
@@ -87,7 +98,7 @@ impl Writer<'_> {
             self.put(channel, &message)?;
             has_sent = true;
         }
-        let cursors: Vec<(u32, Arc<Cursor>)> = lock(&self.connection.cursors).clone();
+        let cursors: Vec<(u32, Arc<Cursor>)> = self.connection.cursors.lock().clone();
         let mut is_one_done = false;
         for (channel, cursor) in cursors {
             if let Some(message) = cursor.next(self.limits.consumer_queue) {
@@ -97,7 +108,7 @@ impl Writer<'_> {
             is_one_done |= cursor.is_done();
         }
         if is_one_done {
-            lock(&self.connection.cursors).retain(|(_, cursor)| !cursor.is_done());
+            self.connection.cursors.lock().retain(|(_, cursor)| !cursor.is_done());
         }
         Ok(has_sent)
     }
@@ -113,12 +124,12 @@ impl Writer<'_> {
 
     fn ping(&mut self) -> io::Result<()> {
         self.pinged = Instant::now();
-        encoded(wire::Ping { token: 0 }).map_or(Ok(()), |ping| self.put(0, &ping))
+        encoded(wire::Ping { token: 0 }, &self.connection.consumer.account).map_or(Ok(()), |ping| self.put(0, &ping))
     }
 
     /// Sends heartbeats on channels where nothing was sent for a while, and a ping if nothing was sent at all.
     fn send_heartbeats(&mut self, patience: Duration) -> io::Result<()> {
-        let cursors: Vec<(u32, Arc<Cursor>)> = lock(&self.connection.cursors).clone();
+        let cursors: Vec<(u32, Arc<Cursor>)> = self.connection.cursors.lock().clone();
         for (channel, cursor) in cursors {
             if let Some(heartbeat) = cursor.heartbeat(self.limits.heartbeat) {
                 self.put(channel, &heartbeat)?;
@@ -130,11 +141,13 @@ impl Writer<'_> {
         self.flush()
     }
 
-    fn put(&mut self, channel: u32, message: &wire::Shared) -> io::Result<()> {
+    fn put(&mut self, channel: u32, message: &Encoded) -> io::Result<()> {
         self.last = Instant::now();
         self.buffer.extend(wire::header(self.connection.version(), message.kind, channel, message.length));
         if message.bytes.len() > TOGETHER {
             self.flush()?;
+            self.count(message.bytes.len());
+            let _share = self.connection.consumer.share(message.bytes());
             return self.connection.socket.write(&message.bytes, self.limits.timeout);
         }
         self.buffer.extend_from_slice(&message.bytes);
@@ -142,8 +155,14 @@ impl Writer<'_> {
     }
 
     fn flush(&mut self) -> io::Result<()> {
+        self.count(self.buffer.len());
+        self.held.set(self.buffer.capacity() as u64);
         self.connection.socket.write(&self.buffer, self.limits.timeout)?;
         self.buffer.clear();
         Ok(())
+    }
+
+    fn count(&self, bytes: usize) {
+        self.connection.counts.sent.fetch_add(bytes as u64, Ordering::Relaxed);
     }
 }

@@ -16,29 +16,27 @@
 
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::{self, JoinHandle};
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crossbeam_channel::{Receiver, Sender, bounded};
 use hopes::topology::{Options, TrackOptions};
 use hopes_protocol as wire;
 
 use super::convert;
-
 use super::engine::{Engine, EngineSettings, Standard};
 use super::error::EngineError;
-use super::publishing::cursor::Request;
 use super::queue::{Overload, Queue};
+use super::requests::{Request, Requests};
 use super::roster::Roster;
 use super::stream::{ENDED, Stream};
-use super::stream_state::StreamState;
-use crate::daemon::locks::lock;
+use super::stream_state::{Accounts, StreamState};
+use crate::daemon::locks::{Guard, Level, Lock, before_waiting};
+use crate::daemon::log_limits::LogLimits;
+use crate::daemon::memory::Memory;
 use crate::daemon::settings::{Limits, Settings, StreamSettings};
-
-/// Requests that wait for an engine before their senders have to wait.
-const REQUESTS: usize = 1024;
 
 /// Is called when streams begin and end. The side of the connection implements it.
 pub trait StreamWatcher: fmt::Debug + Send + Sync {
@@ -73,8 +71,12 @@ pub struct Directory {
     started: Instant,
     connections: AtomicU64,
     refused_messages: AtomicU64,
+    /// What is held for peers and streams.
+    pub memory: Arc<Memory>,
+    /// Log lines that peers cause.
+    pub logs: LogLimits,
     roster: Arc<Roster>,
-    state: Mutex<State>,
+    state: Lock<State>,
     ended: Sender<EngineEnded>,
 }
 
@@ -109,17 +111,19 @@ impl Directory {
             started: Instant::now(),
             connections: AtomicU64::new(0),
             refused_messages: AtomicU64::new(0),
+            memory: Arc::new(Memory::new(settings.limits.memory)),
+            logs: LogLimits::default(),
             roster: Arc::default(),
-            state: Mutex::default(),
+            state: Lock::new(Level::Directory, State::default()),
             ended,
         }
     }
 
-    /// The stream of a name, made if it is not there; whether it was made.
+    /// The stream of a name, made if it is not there and the peer may make one; whether it was made.
     ///
     /// # Errors
     /// [`OpenError`]: the name, the options or the number of streams forbid it.
-    pub fn open(self: &Arc<Self>, open: &wire::Open) -> Result<(Arc<Stream>, bool), OpenError> {
+    pub fn open(self: &Arc<Self>, open: &wire::Open, may_make: bool) -> Result<(Arc<Stream>, bool), OpenError> {
         let options = check_open(open)?;
         let mut state = self.lock();
         match self.roster.get(&open.name) {
@@ -131,8 +135,13 @@ impl Directory {
             }
             None => {}
         }
+        if !may_make {
+            let most = self.limits.peer_streams;
+            let text = format!("this connection has made {most} streams that are there, and may make no more: end one");
+            return Err(OpenError { code: wire::ErrorCode::TooManyStreams, text });
+        }
         let settings = StreamSettings { options, ..StreamSettings::default() };
-        let stream = self.create(&mut state, &open.name, settings, Standard::default())?;
+        let stream = self.create(&mut state, &open.name, settings, None)?;
         announce(state, &stream);
         Ok((stream, true))
     }
@@ -152,29 +161,32 @@ impl Directory {
             let text = format!("stream {name:?} is there already: give each a name of its own");
             return Err(OpenError { code: wire::ErrorCode::BadName, text });
         }
-        let stream = self.create(&mut state, name, settings, standard)?;
+        let stream = self.create(&mut state, name, settings, Some(standard))?;
         announce(state, &stream);
         Ok(stream)
     }
 
+    /// Creates a stream: the daemon's own, which has an input and an output, or that of a peer.
     fn create(
         self: &Arc<Self>,
         state: &mut State,
         name: &str,
         settings: StreamSettings,
-        standard: Standard,
+        standard: Option<Standard>,
     ) -> Result<Arc<Stream>, OpenError> {
+        let (is_permanent, standard) = (standard.is_some(), standard.unwrap_or_default());
         let streams = self.roster.len();
         if state.is_closing || streams >= self.limits.streams {
             let text = format!("there are {streams} streams, and no more may be: end one, or allow more");
             return Err(OpenError { code: wire::ErrorCode::TooManyStreams, text });
         }
-        let (queue, wakes) = Queue::new(self.limits.waiting_points, self.overload);
-        let (sender, requests) = bounded(REQUESTS);
         state.opened += 1;
         let epoch = self.epoch + u64::from(state.opened);
-        let of_stream = StreamState::new(state.opened, name.to_owned(), epoch, settings.options);
-        let stream = Arc::new(Stream::new(of_stream, queue, sender));
+        let accounts = Accounts::new(&self.memory);
+        let (wake, wakes) = bounded(1);
+        let queue = Queue::new(self.limits.waiting_points, self.overload, wake.clone(), &accounts.queue);
+        let of_stream = StreamState::new(state.opened, name.to_owned(), epoch, settings.options, accounts);
+        let stream = Arc::new(Stream::new(of_stream, queue, Requests::new(wake), is_permanent));
         let settings = EngineSettings {
             stream: settings,
             limits: self.limits,
@@ -182,7 +194,7 @@ impl Directory {
             is_checking: self.is_checking,
             standard,
         };
-        let handle = self.start_engine(&stream, settings, wakes, requests)?;
+        let handle = self.start_engine(&stream, settings, wakes)?;
         state.engines.retain(|engine| !engine.is_finished());
         state.engines.push(handle);
         self.roster.insert(&stream);
@@ -195,13 +207,13 @@ impl Directory {
         stream: &Arc<Stream>,
         settings: EngineSettings,
         wakes: Receiver<()>,
-        requests: Receiver<Request>,
     ) -> Result<JoinHandle<()>, OpenError> {
-        let engine = Engine::new(Arc::clone(&self.roster), Arc::clone(stream), settings);
+        let engine =
+            Engine::new(Arc::clone(&self.roster), Arc::clone(&self.memory), Arc::clone(stream), wakes, settings);
         let (directory, supervised) = (Arc::clone(self), Arc::clone(stream));
         let spawned = thread::Builder::new()
             .name(format!("engine {}", stream.state.number))
-            .spawn(move || directory.supervise(&supervised, &requests, || engine.run(&wakes, &requests)));
+            .spawn(move || directory.supervise(&supervised, || engine.run()));
         spawned.map_err(|error| OpenError {
             code: wire::ErrorCode::TooManyStreams,
             text: format!("the system gave no thread for stream {:?}: {error}", stream.state.name),
@@ -209,19 +221,14 @@ impl Directory {
     }
 
     /// Runs an engine, and cleans up after it however it ends.
-    fn supervise(
-        &self,
-        stream: &Arc<Stream>,
-        requests: &Receiver<Request>,
-        run: impl FnOnce() -> Result<(), EngineError>,
-    ) {
+    fn supervise(&self, stream: &Arc<Stream>, run: impl FnOnce() -> Result<(), EngineError>) {
         let result = catch_unwind(AssertUnwindSafe(run)).unwrap_or(Err(EngineError::Panicked));
         stream.set_ended();
         let frame = stream.state.stats.frame();
         // A cursor that has joined too late for the engine is closed here, or by its own side.
-        for request in requests.try_iter() {
-            if let Request::Join(cursor, ..) = request {
-                cursor.close(frame, ENDED);
+        for request in stream.requests.close() {
+            if let Request::Cursor(wishes) = request {
+                wishes.cursor.close(frame, ENDED);
             }
         }
         self.roster.remove(stream);
@@ -235,7 +242,6 @@ impl Directory {
         }
         // What was sent after the end gets no answer. Dropping it ends the wait of its senders.
         while stream.queue.pop().is_some() {}
-        stream.state.stats.memory.store(0, Ordering::Relaxed);
         // Once the daemon is ending, nobody receives this any more.
         let _ = self.ended.send(EngineEnded { stream: Arc::clone(stream), result });
     }
@@ -273,7 +279,7 @@ impl Directory {
             epoch: self.epoch,
             connections: self.connections.load(Ordering::Relaxed) as u32,
             refused_messages: self.refused_messages.load(Ordering::Relaxed),
-            memory: self.roster.memory(),
+            memory: self.memory.whole.held(),
             memory_limit: self.limits.memory,
             streams: self.streams().iter().map(|stream| stream.status()).collect(),
         }
@@ -295,14 +301,15 @@ impl Directory {
     }
 
     /// Opens nothing more, lets all engines finish what they have been given, and returns the last frame of each
-    /// stream.
-    pub fn finish(&self) -> Vec<(String, u64)> {
+    /// stream. An engine whose output is not read ends at `by`.
+    pub fn finish(&self, by: Instant) -> Vec<(String, u64)> {
         let (streams, engines) = {
             let mut state = self.lock();
             state.is_closing = true;
             (self.roster.all(), std::mem::take(&mut state.engines))
         };
-        streams.iter().for_each(|stream| stream.queue.close());
+        streams.iter().for_each(|stream| stream.finish(by));
+        before_waiting("engines");
         for engine in engines {
             // A panic was caught, and logged, inside.
             let _ = engine.join();
@@ -310,8 +317,13 @@ impl Directory {
         streams.iter().map(|stream| (stream.state.name.clone(), stream.state.stats.frame())).collect()
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
-        lock(&self.state)
+    fn lock(&self) -> Guard<'_, State> {
+        self.state.lock()
+    }
+
+    /// Whether the directory answers within `patience`: its locks are not held for long.
+    pub fn answers(&self, patience: Duration) -> bool {
+        self.state.lock_within(patience).is_some()
     }
 }
 
@@ -342,7 +354,7 @@ fn check_same_options(open: &wire::Open, options: Options, stream: &Stream) -> R
 }
 
 /// Announces a new stream to all watchers that match. A watcher that comes from here on finds the stream by itself.
-fn announce(state: MutexGuard<'_, State>, stream: &Arc<Stream>) {
+fn announce(state: Guard<'_, State>, stream: &Arc<Stream>) {
     let matches = |watcher: &&Arc<dyn StreamWatcher>| watcher.matches(&stream.state.name);
     let watchers: Vec<Arc<dyn StreamWatcher>> = state.watchers.iter().filter(matches).cloned().collect();
     drop(state);

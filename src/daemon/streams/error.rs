@@ -23,6 +23,12 @@ pub enum EngineError {
     /// The source failed.
     #[error("cannot read the input: {0}")]
     Source(String),
+    /// It had to end while the reader of its output took nothing.
+    #[error("the reader of stdout took nothing for too long: frame {frame} and later ones are not written")]
+    OutputNotRead {
+        /// The first frame that was not written.
+        frame: u64,
+    },
     /// It panicked, which is a bug.
     #[error("the engine thread stopped by itself: please report this")]
     Panicked,

@@ -36,6 +36,8 @@ pub enum Input {
         /// Whether the stream ends too.
         end: bool,
     },
+    /// The source is gone without a word: what it has not committed is left out.
+    Abandon,
     /// Something that could not be read, with where and why.
     Unreadable(String),
     /// The source has failed and sends nothing more.
@@ -57,6 +59,22 @@ impl Input {
             Self::Points(batch) | Self::Retract(batch) => batch.positions.len(),
             _ => 0,
         }
+    }
+
+    /// About how many bytes it takes.
+    pub fn bytes(&self) -> usize {
+        let of_items = match self {
+            Self::Points(Batch { positions, times, tags, lines })
+            | Self::Retract(Batch { positions, times, tags, lines }) => {
+                size_of_val(positions.as_slice())
+                    + size_of_val(times.as_slice())
+                    + size_of_val(tags.as_slice())
+                    + size_of_val(lines.as_slice())
+            }
+            Self::Unreadable(text) | Self::Failed(text) => text.len(),
+            Self::Commit(_) | Self::Close { .. } | Self::Abandon => 0,
+        };
+        size_of::<Self>() + of_items
     }
 
     /// Whether a full queue may drop it.

@@ -11,18 +11,20 @@
 //! ```
 //!
 //! Replies go through a [`reply::ReplySink`], announcements of streams through a [`directory::StreamWatcher`]; both are
-//! implemented by the side of the connection.
+//! implemented by the side of the connection. Requests wait in a line of their own ([`requests`]), which bounds them.
 
+pub mod consumer;
 pub mod convert;
 pub mod directory;
 pub mod engine;
 pub mod error;
 pub mod frame_times;
 pub mod input;
+pub mod output;
 pub mod publishing;
 pub mod queue;
 pub mod reply;
+pub mod requests;
 pub mod roster;
-pub mod stage_clock;
 pub mod stream;
 pub mod stream_state;

@@ -11,14 +11,15 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar};
 
-use crossbeam_channel::{Receiver, Sender, bounded};
+use crossbeam_channel::Sender;
 use hopes_protocol::Policy;
 
 use super::input::Input;
 use super::reply::ReplyTo;
-use crate::daemon::locks::lock;
+use crate::daemon::locks::{Guard, Level, Lock};
+use crate::daemon::memory::{Account, Charge};
 
 /// Where an item comes from, which is where its reply goes.
 #[derive(Debug)]
@@ -52,19 +53,22 @@ pub enum Overload {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Closed;
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct State {
     items: VecDeque<Item>,
     points: usize,
     /// Room that is taken, in points.
     taken: usize,
+    /// Bytes that items take.
+    bytes: u64,
+    charge: Charge,
     is_closed: bool,
 }
 
 /// The queue.
 #[derive(Debug)]
 pub struct Queue {
-    state: Mutex<State>,
+    state: Lock<State>,
     has_room: Condvar,
     /// Wakes the engine. One wake-up is enough: the engine then takes all there is.
     wake: Sender<()>,
@@ -74,11 +78,12 @@ pub struct Queue {
 }
 
 impl Queue {
-    /// An empty queue for so many points, and the receiver of its wake-ups.
-    pub fn new(capacity: usize, overload: Overload) -> (Self, Receiver<()>) {
-        let (wake, wakes) = bounded(1);
-        let (state, has_room) = (Mutex::default(), Condvar::new());
-        (Self { state, has_room, wake, capacity, overload, dropped: AtomicU64::new(0) }, wakes)
+    /// An empty queue for so many points, which wakes its engine. What waits is charged to an account.
+    pub fn new(capacity: usize, overload: Overload, wake: Sender<()>, account: &Arc<Account>) -> Self {
+        let (items, charge) = (VecDeque::new(), account.charge(0));
+        let state = State { items, points: 0, taken: 0, bytes: 0, charge, is_closed: false };
+        let (state, has_room) = (Lock::new(Level::Queue, state), Condvar::new());
+        Self { state, has_room, wake, capacity, overload, dropped: AtomicU64::new(0) }
     }
 
     /// Appends an item. When the queue is full this waits, or drops points, with a reply to their sender.
@@ -86,29 +91,36 @@ impl Queue {
     /// # Errors
     /// [`Closed`]: the item was not taken.
     pub fn push(&self, item: Item) -> Result<(), Closed> {
+        // Replies are sent when the lock is given back: they go to other locks and other threads.
+        let (taken, dropped, policy) = self.put_or_drop(item);
+        dropped.iter().for_each(|item| self.note_dropped(item, policy));
+        taken
+    }
+
+    /// Whether the item was taken; what was dropped, and which was to be.
+    fn put_or_drop(&self, item: Item) -> (Result<(), Closed>, Vec<Item>, Policy) {
+        let mut dropped = Vec::new();
         let mut state = self.lock();
         while !state.is_closed && !state.items.is_empty() && state.taken + item.input.room() > self.capacity {
             let oldest = match self.overload {
                 Overload::Drop(Policy::DropNewest) if item.input.may_be_dropped() => {
-                    drop(state);
-                    self.note_dropped(&item, Policy::DropNewest);
-                    return Ok(());
+                    return (Ok(()), vec![item], Policy::DropNewest);
                 }
                 Overload::Drop(Policy::DropOldest) => state.take_oldest(),
                 _ => None,
             };
             match oldest {
-                Some(oldest) => self.note_dropped(&oldest, Policy::DropOldest),
-                None => state = self.has_room.wait(state).unwrap_or_else(PoisonError::into_inner),
+                Some(oldest) => dropped.push(oldest),
+                None => state = state.wait(&self.has_room),
             }
         }
-        if state.is_closed {
-            return Err(Closed);
+        let is_open = !state.is_closed;
+        if is_open {
+            state.put(item);
         }
-        state.put(item);
         drop(state);
         self.wake_engine();
-        Ok(())
+        (is_open.then_some(()).ok_or(Closed), dropped, Policy::DropOldest)
     }
 
     /// The next item, if there is one.
@@ -130,6 +142,11 @@ impl Queue {
         self.lock().is_closed
     }
 
+    /// Whether nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.lock().items.is_empty()
+    }
+
     /// Whether it is closed and empty.
     pub fn is_finished(&self) -> bool {
         let state = self.lock();
@@ -146,7 +163,8 @@ impl Queue {
         self.dropped.load(Ordering::Relaxed)
     }
 
-    fn wake_engine(&self) {
+    /// Wakes the engine.
+    pub fn wake_engine(&self) {
         // A full channel has a wake-up under way already.
         let _ = self.wake.try_send(());
     }
@@ -165,8 +183,8 @@ impl Queue {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
-        lock(&self.state)
+    fn lock(&self) -> Guard<'_, State> {
+        self.state.lock()
     }
 }
 
@@ -174,13 +192,17 @@ impl State {
     fn put(&mut self, item: Item) {
         self.points += item.input.points();
         self.taken += item.input.room();
+        self.bytes += item.input.bytes() as u64;
         self.items.push_back(item);
+        self.charge.set(self.bytes);
     }
 
     fn take(&mut self, place: usize) -> Option<Item> {
         let item = self.items.remove(place)?;
         self.points -= item.input.points();
         self.taken -= item.input.room();
+        self.bytes -= item.input.bytes() as u64;
+        self.charge.set(self.bytes);
         Some(item)
     }
 
@@ -192,8 +214,15 @@ impl State {
 
 #[cfg(test)]
 mod tests {
+    use crossbeam_channel::{Receiver, bounded};
+
     use super::*;
     use crate::daemon::streams::input::{Batch, ROOM_OF_AN_ITEM};
+
+    fn queue(capacity: usize, overload: Overload) -> (Queue, Receiver<()>) {
+        let (wake, wakes) = bounded(1);
+        (Queue::new(capacity, overload, wake, &Arc::default()), wakes)
+    }
 
     fn points(count: usize) -> Item {
         let batch = Batch { positions: vec![(0.0, 0.0); count], ..Batch::default() };
@@ -210,7 +239,7 @@ mod tests {
 
     #[test]
     fn the_oldest_points_are_dropped_and_no_commit() {
-        let (queue, _wakes) = Queue::new(10 + 3 * ROOM_OF_AN_ITEM, Overload::Drop(Policy::DropOldest));
+        let (queue, _wakes) = queue(10 + 3 * ROOM_OF_AN_ITEM, Overload::Drop(Policy::DropOldest));
         for item in [points(4), commit(), points(5), points(6)] {
             queue.push(item).unwrap();
         }
@@ -220,7 +249,7 @@ mod tests {
 
     #[test]
     fn the_newest_points_are_dropped_and_no_commit() {
-        let (queue, _wakes) = Queue::new(25 + 3 * ROOM_OF_AN_ITEM, Overload::Drop(Policy::DropNewest));
+        let (queue, _wakes) = queue(25 + 3 * ROOM_OF_AN_ITEM, Overload::Drop(Policy::DropNewest));
         for item in [points(20), points(30), commit(), points(5)] {
             queue.push(item).unwrap();
         }
@@ -231,7 +260,7 @@ mod tests {
     #[test]
     fn commits_wait_for_room_whatever_the_policy() {
         for overload in [Overload::Block, Overload::Drop(Policy::DropOldest), Overload::Drop(Policy::DropNewest)] {
-            let (queue, wakes) = Queue::new(10, overload);
+            let (queue, wakes) = queue(10, overload);
             std::thread::scope(|scope| {
                 scope.spawn(|| (0..100).for_each(|_| queue.push(commit()).unwrap()));
                 let mut taken = 0;
@@ -248,7 +277,7 @@ mod tests {
 
     #[test]
     fn a_full_queue_makes_its_source_wait() {
-        let (queue, wakes) = Queue::new(10 + 3 * ROOM_OF_AN_ITEM, Overload::Block);
+        let (queue, wakes) = queue(10 + 3 * ROOM_OF_AN_ITEM, Overload::Block);
         std::thread::scope(|scope| {
             scope.spawn(|| (0..100).for_each(|_| queue.push(points(3)).unwrap()));
             let mut taken = 0;
@@ -265,14 +294,14 @@ mod tests {
 
     #[test]
     fn one_item_may_be_larger_than_the_queue() {
-        let (queue, _wakes) = Queue::new(10 + 3 * ROOM_OF_AN_ITEM, Overload::Block);
+        let (queue, _wakes) = queue(10 + 3 * ROOM_OF_AN_ITEM, Overload::Block);
         queue.push(points(1000)).unwrap();
         assert_eq!(sizes(&queue), [1000]);
     }
 
     #[test]
     fn a_closed_queue_takes_nothing_and_keeps_what_it_has() {
-        let (queue, _wakes) = Queue::new(10 + 3 * ROOM_OF_AN_ITEM, Overload::Block);
+        let (queue, _wakes) = queue(10 + 3 * ROOM_OF_AN_ITEM, Overload::Block);
         queue.push(points(3)).unwrap();
         queue.close();
         assert_eq!(queue.push(points(1)), Err(Closed));
@@ -283,7 +312,7 @@ mod tests {
 
     #[test]
     fn closing_wakes_senders_that_wait() {
-        let (queue, _wakes) = Queue::new(1, Overload::Block);
+        let (queue, _wakes) = queue(1, Overload::Block);
         queue.push(points(1)).unwrap();
         std::thread::scope(|scope| {
             let waiting = scope.spawn(|| queue.push(points(1)));

@@ -6,6 +6,7 @@
 //!
 //! Must not know: the queue, the engine, cursors, connections.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use hopes::topology::Options;
@@ -14,6 +15,7 @@ use hopes_protocol as wire;
 use super::convert;
 use super::frame_times::FrameTimes;
 use super::publishing::published::Published;
+use crate::daemon::memory::{Account, Memory};
 
 /// The part of a stream that is shared.
 #[derive(Debug)]
@@ -30,12 +32,39 @@ pub struct StreamState {
     pub published: Published,
     /// What is counted.
     pub stats: Stats,
+    /// What is held for it.
+    pub accounts: Accounts,
+}
+
+/// The memory of a stream.
+#[derive(Debug)]
+pub struct Accounts {
+    /// Points, and their triangulation.
+    pub points: Arc<Account>,
+    /// Views that are followed, their history and their snapshots; tracks and dots.
+    pub views: Arc<Account>,
+    /// Points that wait.
+    pub queue: Arc<Account>,
+}
+
+impl Accounts {
+    /// Parts of a daemon's memory.
+    pub fn new(memory: &Memory) -> Self {
+        let part = || Account::part_of(&memory.whole);
+        Self { points: Account::part_of(&memory.points), views: part(), queue: part() }
+    }
+
+    /// Bytes held for the stream.
+    pub fn held(&self) -> u64 {
+        self.points.held() + self.views.held() + self.queue.held()
+    }
 }
 
 impl StreamState {
     /// A stream without frames.
-    pub fn new(number: u32, name: String, epoch: u64, options: Options) -> Self {
-        Self { number, name, epoch, options, published: Published::default(), stats: Stats::default() }
+    pub fn new(number: u32, name: String, epoch: u64, options: Options, accounts: Accounts) -> Self {
+        let (published, stats) = (Published::default(), Stats::default());
+        Self { number, name, epoch, options, published, stats, accounts }
     }
 
     /// The first message of a subscription to it.
@@ -86,8 +115,6 @@ pub struct Stats {
     pub refused: AtomicU64,
     /// Frames that a consumer got merged with others.
     pub lagged: AtomicU64,
-    /// Estimate of bytes held.
-    pub memory: AtomicU64,
     /// How long frames take.
     pub times: FrameTimes,
 }

@@ -34,6 +34,26 @@ impl Cloud {
         })
     }
 
+    /// Whether a point may have this time, if `staged` is the newest of those that wait with it. Returns the newest of
+    /// all three that wait. Nothing changes.
+    pub(super) fn check_time(&self, time: Option<f64>, staged: Option<f64>) -> Result<Option<f64>, Refusal> {
+        let newest = |times: [Option<f64>; 3]| times.into_iter().flatten().reduce(f64::max);
+        if let Some(time) = time {
+            if !time.is_finite() {
+                return Err(Refusal::TimeNotFinite(time));
+            }
+            let oldest = self.window_start(newest([self.newest_time, staged, Some(time)]).unwrap_or(time));
+            if time < oldest {
+                return Err(Refusal::TooLate { time, oldest });
+            }
+        }
+        let is_unknown = newest([self.newest_time, staged, time]).is_none();
+        if matches!(self.window, Window::Time(_)) && is_unknown {
+            return Err(Refusal::NoTime);
+        }
+        Ok(newest([None, staged, time]))
+    }
+
     pub(super) fn note_time(&mut self, time: f64) -> Result<(), Refusal> {
         if !time.is_finite() {
             return Err(Refusal::TimeNotFinite(time));

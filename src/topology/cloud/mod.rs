@@ -7,6 +7,7 @@
 mod expiry;
 mod position;
 mod refusal;
+mod staging;
 mod store;
 mod vertex;
 mod window;
@@ -15,6 +16,7 @@ pub use position::{
     Axis, CoordinateError, Located, MAX_COORDINATE, MIN_COORDINATE, Position, distance, half_length_squared,
 };
 pub use refusal::Refusal;
+pub use staging::Staging;
 pub use store::Cloud;
 pub use vertex::{CloudChange, Slot, Vertex, VertexId};
 pub use window::Window;

@@ -6,6 +6,7 @@
 //! Must not know: identifiers, triangulations.
 
 use std::cmp::Ordering;
+use std::hash::{Hash, Hasher};
 
 use thiserror::Error;
 
@@ -127,6 +128,13 @@ fn coordinate(axis: Axis, value: f64) -> Result<f64, CoordinateError> {
 }
 
 impl Eq for Position {}
+
+impl Hash for Position {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        // Equal positions have equal bits.
+        self.xy().map(f64::to_bits).hash(state);
+    }
+}
 
 impl PartialOrd for Position {
     #[inline]

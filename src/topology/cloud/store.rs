@@ -15,7 +15,7 @@ use hashbrown::hash_table::Entry;
 
 use super::position::Position;
 use super::refusal::Refusal;
-use super::vertex::{CloudChange, Slot, Vertex, VertexId};
+use super::vertex::{Awaiting, CloudChange, Slot, Vertex, VertexId};
 use super::window::{Queue, Window};
 
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +23,8 @@ pub(super) struct Place {
     pub(super) vertex: Vertex,
     /// The number of points at this position.
     points: u64,
+    /// Points that wait at this position for their commits.
+    awaited: u32,
     /// Points that are retracted but whose arrivals are still in the window's queue.
     pub(super) retracted: u32,
     state: PlaceState,
@@ -108,7 +110,13 @@ impl Cloud {
     pub fn insert(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<Slot, Refusal> {
         let position = self.place_of(x, y)?;
         let key = self.key(time)?;
-        let slot = self.occupy(position)?;
+        let slot = self.occupy(position, |place| place.points += 1)?;
+        self.arrive(slot, key);
+        Ok(slot)
+    }
+
+    /// A point has come to a slot, with its key in the window.
+    pub(super) fn arrive(&mut self, slot: Slot, key: f64) {
         self.points += 1;
         let vertex = self.places[slot as usize].vertex.id;
         if self.places[slot as usize].retracted > 0 && self.is_late(key) {
@@ -117,19 +125,22 @@ impl Cloud {
         }
         self.queue.push(key, slot, vertex);
         self.expire();
-        Ok(slot)
     }
 
     /// Retracts the oldest point at a position.
     ///
     /// # Errors [`Refusal`]; the cloud is then unchanged.
     pub fn retract(&mut self, x: f64, y: f64) -> Result<Slot, Refusal> {
-        let position = self.place_of(x, y)?;
-        let slot = self.find(position).ok_or(Refusal::NotThere { x, y })?;
+        self.retract_at(self.place_of(x, y)?).ok_or(Refusal::NotThere { x, y })
+    }
+
+    /// Retracts the oldest point at a position, if there is one.
+    pub(super) fn retract_at(&mut self, position: Position) -> Option<Slot> {
+        let slot = self.find(position)?;
         self.places[slot as usize].retracted += u32::from(self.window != Window::All);
         self.leave(slot);
         self.sweep_queue();
-        Ok(slot)
+        Some(slot)
     }
 
     /// Closes the frame.
@@ -249,7 +260,7 @@ impl Cloud {
         self.points
     }
 
-    fn place_of(&self, x: f64, y: f64) -> Result<Position, Refusal> {
+    pub(super) fn place_of(&self, x: f64, y: f64) -> Result<Position, Refusal> {
         let position = Position::new(x, y)?;
         Ok(match self.resolution {
             Some(step) => position.snapped(step)?,
@@ -258,12 +269,12 @@ impl Cloud {
     }
 
     fn find(&self, position: Position) -> Option<Slot> {
-        let slot = *self.by_position.find(hash(position), |&slot| self.position(slot) == position)?;
+        let slot = self.slot_at(position)?;
         (self.places[slot as usize].points > 0).then_some(slot)
     }
 
-    /// Adds a point at `position`, with a new vertex if there is none.
-    fn occupy(&mut self, position: Position) -> Result<Slot, Refusal> {
+    /// Counts a point at `position`, with a new vertex if there is none.
+    fn occupy(&mut self, position: Position, count: impl Fn(&mut Place)) -> Result<Slot, Refusal> {
         let places = &mut self.places;
         let entry = self.by_position.entry(
             hash(position),
@@ -273,7 +284,13 @@ impl Cloud {
         let vacant = match entry {
             Entry::Occupied(entry) => {
                 let slot = *entry.get();
-                places[slot as usize].points += 1;
+                let place = &mut places[slot as usize];
+                let was_empty = place.points == 0;
+                count(place);
+                if was_empty && place.state == PlaceState::New {
+                    // A commit may have passed it by, while its point was awaited.
+                    self.touched.push(slot);
+                }
                 return Ok(slot);
             }
             Entry::Vacant(vacant) => vacant,
@@ -282,7 +299,9 @@ impl Cloud {
             return Err(Refusal::Full(places.len()));
         }
         let id = VertexId(self.next_id);
-        let place = Place { vertex: Vertex { id, position }, points: 1, retracted: 0, state: PlaceState::New };
+        let vertex = Vertex { id, position };
+        let mut place = Place { vertex, points: 0, awaited: 0, retracted: 0, state: PlaceState::New };
+        count(&mut place);
         let slot = match self.free.pop() {
             Some(slot) => {
                 self.order.get_or_insert_with(|| in_slot_order(places));
@@ -304,6 +323,57 @@ impl Cloud {
         Ok(slot)
     }
 
+    /// Frees the slot of a vertex that no commit has seen, if no point is there or awaited: at once, so that memory
+    /// stays bounded without commits as well.
+    fn free_if_unused(&mut self, slot: Slot) {
+        let place = &self.places[slot as usize];
+        if place.state == PlaceState::New && place.points == 0 && place.awaited == 0 {
+            self.vacate(slot);
+            self.free.push(slot);
+            self.sweep_order();
+            sweep(&mut self.touched, self.places.len());
+        }
+    }
+
+    /// Has a vertex at `position` wait for a point.
+    pub(super) fn await_point(&mut self, position: Position) -> Result<Awaiting, Refusal> {
+        let slot = self.occupy(position, |place| place.awaited += 1)?;
+        Ok(Awaiting { position, slot, vertex: self.id(slot) })
+    }
+
+    /// The awaited point has come: to its vertex, or to another one if that has vanished.
+    pub(super) fn take_awaited(&mut self, awaiting: &Awaiting) -> Result<Slot, Refusal> {
+        let awaited = u32::from(self.is_awaited(awaiting));
+        self.occupy(awaiting.position, |place| {
+            place.points += 1;
+            place.awaited -= awaited;
+        })
+    }
+
+    /// The awaited point does not come.
+    pub(super) fn give_up(&mut self, awaiting: &Awaiting) {
+        if self.is_awaited(awaiting) {
+            self.places[awaiting.slot as usize].awaited -= 1;
+            self.free_if_unused(awaiting.slot);
+        }
+    }
+
+    /// Whether the vertex that waits for a point is there.
+    fn is_awaited(&self, awaiting: &Awaiting) -> bool {
+        let place = &self.places[awaiting.slot as usize];
+        place.vertex.id == awaiting.vertex && place.state != PlaceState::Free
+    }
+
+    /// The slot of a position, if points are there or awaited.
+    fn slot_at(&self, position: Position) -> Option<Slot> {
+        self.by_position.find(hash(position), |&slot| self.position(slot) == position).copied()
+    }
+
+    /// Points at a position.
+    pub(super) fn points_at(&self, position: Position) -> u64 {
+        self.slot_at(position).map_or(0, |slot| self.places[slot as usize].points)
+    }
+
     /// Removes a point from a slot.
     pub(super) fn leave(&mut self, slot: Slot) {
         let place = &mut self.places[slot as usize];
@@ -313,10 +383,7 @@ impl Cloud {
             return;
         }
         if place.state == PlaceState::New {
-            // No commit has seen it. Its slot is free at once, so memory stays bounded without commits as well.
-            self.vacate(slot);
-            self.free.push(slot);
-            self.sweep_order();
+            self.free_if_unused(slot);
         } else {
             self.touched.push(slot);
         }

@@ -22,6 +22,17 @@ pub struct Vertex {
     pub position: Position,
 }
 
+/// A vertex that waits for a point. It may vanish meanwhile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Awaiting {
+    /// Where it is.
+    pub position: Position,
+    /// Its slot.
+    pub slot: Slot,
+    /// Its id.
+    pub vertex: VertexId,
+}
+
 /// What commits changed since the last change was taken. Both lists are in order of id.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CloudChange {

@@ -25,7 +25,7 @@ use std::sync::Arc;
 use self::held::{TiledSkeleton, WholeSkeleton};
 use self::holes::cached_region;
 use self::stage::StageHook;
-use super::cloud::{Cloud, Refusal, VertexId, Window};
+use super::cloud::{Cloud, Refusal, Staging, VertexId, Window};
 use super::frames::{Change, Diagram, Follower, Frame, SimplifiedFollower, Step};
 use super::plane::basins::Basins;
 use super::plane::delaunay::Delaunay;
@@ -181,6 +181,37 @@ impl Pipeline {
         self.cloud.reserve(points.len());
         let refused = |(index, &[x, y]): (usize, &[f64; 2])| Some((index, self.cloud.insert(x, y, time).err()?));
         points.iter().enumerate().filter_map(refused).collect()
+    }
+
+    /// Has a point of a source wait for the source's commit: see [`Staging`]. Returns the vertex at its position.
+    ///
+    /// # Errors [`Refusal`]: the point does not wait.
+    pub fn stage_point(
+        &mut self,
+        staging: &mut Staging,
+        x: f64,
+        y: f64,
+        time: Option<f64>,
+    ) -> Result<VertexId, Refusal> {
+        self.cloud.stage(staging, x, y, time)
+    }
+
+    /// Has a retraction of a source wait for the source's commit.
+    ///
+    /// # Errors [`Refusal`], mostly [`Refusal::NotThere`].
+    pub fn stage_retraction(&mut self, staging: &mut Staging, x: f64, y: f64) -> Result<(), Refusal> {
+        self.cloud.stage_retraction(staging, x, y)
+    }
+
+    /// Feeds what waits, in order. Returns how much of it is refused by now: points that have become too late, and
+    /// retractions of what is gone.
+    pub fn feed_staged(&mut self, staging: &mut Staging) -> u64 {
+        self.cloud.admit(staging)
+    }
+
+    /// Forgets what waits.
+    pub fn discard_staged(&mut self, staging: &mut Staging) {
+        self.cloud.discard(staging);
     }
 
     /// Retracts the oldest point at a position.

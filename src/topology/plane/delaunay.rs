@@ -10,7 +10,7 @@
 
 use std::collections::BTreeSet;
 
-use spade::handles::{DirectedEdgeHandle, FixedDirectedEdgeHandle, FixedVertexHandle};
+use spade::handles::{DirectedEdgeHandle, FixedDirectedEdgeHandle, FixedVertexHandle, VertexHandle};
 use spade::{DelaunayTriangulation, HasPosition, LastUsedVertexHintGenerator, Point2, Triangulation};
 
 use super::curve::{along_curve, is_thin};
@@ -24,12 +24,25 @@ use crate::topology::cloud::{Cloud, CloudChange, Located, Position, Slot};
 /// at about a quarter).
 const BULK_SHARE: usize = 4;
 
-/// A removal takes time as the square of the vertex' degree: 1/400 of what bulk loading takes for one vertex
-/// (measured).
-const SQUARED_DEGREE_PER_BULK_VERTEX: usize = 400;
+/// The steps of a change are given up when they take longer than one pass takes for a quarter of the cloud. So a change
+/// that is given up takes little longer than the pass that follows. The constant keeps small clouds from being rebuilt
+/// all the time.
+fn step_budget(vertices: usize) -> f64 {
+    64.0 + vertices as f64 / 4.0
+}
 
-/// An insertion takes time as the degree of the new vertex: 1/30 of what bulk loading takes for one vertex (measured).
-const DEGREE_PER_BULK_VERTEX: usize = 30;
+/// What the insertion of a vertex takes, as a number of vertices of one pass (measured where the neighbours are not in
+/// the cache). The search turns around vertices whose degree is as high.
+fn insertion_cost(degree: usize) -> f64 {
+    degree as f64 / 10.0
+}
+
+/// What the removal of a vertex takes at most, as a number of vertices of one pass (measured on spirals, which are the
+/// worst). `spade` flips edges in proportion to the square of the degree. At each flip it searches a list of new edges.
+fn removal_cost(degree: usize) -> f64 {
+    let degree = degree as f64;
+    degree.powi(2) / 400.0 + degree.powi(3) / 3200.0
+}
 
 /// Packed, so that a vertex of `spade` takes 24 bytes instead of 32.
 #[derive(Clone, Copy, Debug)]
@@ -267,7 +280,8 @@ impl Delaunay {
         let spade = if is_thin(sites.iter().map(|site| site.position)) {
             load_in_rounds(sites)
         } else {
-            Spade::bulk_load(sites).expect("positions are inside the limits, which are spade's")
+            let bulk = Spade::bulk_load(sites).expect("positions are inside the limits, which are spade's");
+            if has_convex_hull(&bulk) { bulk } else { load_in_rounds(far_first(cloud)) }
         };
         for vertex in spade.vertices() {
             self.handles[vertex.data().slot as usize] = vertex.index() as u32;
@@ -327,6 +341,20 @@ fn far_first(cloud: &Cloud) -> Vec<Site> {
     in_order(slots.len(), descending, u64::from).into_iter().map(site).collect()
 }
 
+/// Whether the hull turns one way everywhere, and goes round once: it has one smallest and one largest site. Bulk
+/// loading may leave a loop in it where sites lie nearly on a line, and the triangulation is not Delaunay then. Takes
+/// time in proportion to the hull.
+fn has_convex_hull(spade: &Spade) -> bool {
+    let position = |vertex: VertexHandle<'_, Site>| {
+        let site = *vertex.data();
+        site.position
+    };
+    let ascends = |edge: Directed<'_>| position(edge.from()) < position(edge.to());
+    let turns_back = spade.convex_hull().filter(|edge| ascends(*edge) != ascends(edge.next())).count();
+    let is_dent = |edge: Directed<'_>| edge.side_query(edge.next().to().position()).is_on_left_side();
+    turns_back == 2 && !spade.convex_hull().any(is_dent)
+}
+
 /// Inserts sites one by one in rounds, each as large as all rounds before it: drawn at random, then ordered along a
 /// curve. Takes near-linear time on every cloud (N. Amenta, S. Choi, G. Rote, "Incremental Constructions con BRIO",
 /// SoCG 2003), and about half as long again as bulk loading on a well-spread one.
@@ -366,7 +394,7 @@ fn step_in_plane(
 ) -> bool {
     let (appeared, vanished) = hand_on(spade, handles, cloud, change, observer);
     // Insertions come first: the cloud then lies on a line only if it ends on one.
-    let mut budget = DEGREE_PER_BULK_VERTEX * cloud.vertex_count();
+    let mut budget = step_budget(cloud.vertex_count());
     for place in along_curve(appeared.iter().map(|&slot| cloud.position(slot))) {
         let slot = appeared[place];
         let site = Site { position: cloud.position(slot), slot };
@@ -377,16 +405,20 @@ fn step_in_plane(
         let handle = inserted.expect("positions are inside the limits, which are spade's");
         handles[slot as usize] = handle.index() as u32;
         let degree = observer.on_inserted(HalfEdges(spade), out_of(spade, handle));
-        let Some(left) = budget.checked_sub(degree) else { return false };
-        budget = left;
+        budget -= insertion_cost(degree);
+        if budget < 0.0 {
+            return false;
+        }
     }
-    let mut budget = SQUARED_DEGREE_PER_BULK_VERTEX * cloud.vertex_count();
     for place in along_curve(vanished.iter().map(|&slot| cloud.position(slot))) {
         let slot = vanished[place];
         let handle = vertex_handle(handles, slot);
         let degree = observer.before_removal(HalfEdges(spade), out_of(spade, handle));
-        let Some(left) = budget.checked_sub(degree.pow(2)) else { return false };
-        budget = left;
+        // Before it is begun: one removal can take longer than everything else.
+        budget -= removal_cost(degree);
+        if budget < 0.0 {
+            return false;
+        }
         remove(spade, handles, handle);
         if spade.all_vertices_on_line() {
             return false;

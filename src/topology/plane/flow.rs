@@ -57,15 +57,16 @@ impl HalfEdges<'_> {
     }
 
     /// The local maximum on the circle of the triangle on the left of a half-edge, as a half-edge with the maximum on
-    /// its left. None if the flow leaves the circle.
-    pub fn maximum_on_circle(self, mut edge: HalfEdge) -> Option<HalfEdge> {
-        while let Some(exit) = self.around(edge).into_iter().find(|&edge| self.flows(edge)) {
+    /// its left. None if the flow leaves the circle, or reaches a face that is not new.
+    pub fn maximum_on_circle(self, mut edge: HalfEdge, mut is_new: impl FnMut(u32) -> bool) -> Option<HalfEdge> {
+        while is_new(self.face_number(edge)) {
+            let Some(exit) = self.around(edge).into_iter().find(|&edge| self.flows(edge)) else { return Some(edge) };
             if !self.share_circle(exit) {
                 return None;
             }
             edge = self.twin(exit);
         }
-        Some(edge)
+        None
     }
 
     /// The corners of the triangle on the left of a half-edge.

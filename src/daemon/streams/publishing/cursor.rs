@@ -6,52 +6,52 @@
 //! Invariants:
 //! * Every diff starts from the frame that was sent before.
 //! * A consumer that is too far behind gets one merged diff or a snapshot, after a message that names the frames.
-//! * Nothing is kept here for a slow consumer but the number of its frame.
+//! * Nothing is kept here for a slow consumer but the number of its frame: its writer asks for a snapshot when it is
+//!   ready to send one, and of all cursors of a peer one has a snapshot at a time.
 //!
-//! Must not know: sockets, the core's pipeline, the engine but by its channel of [`Request`]s.
+//! Must not know: sockets, the core's pipeline, the engine but by its line of [`Requests`].
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::Sender;
 use hopes_protocol as wire;
 
 use super::published::PublishedDots;
 use super::track_log::{NextTracks, TrackPosition};
 use super::view_log::{LogEntry, Since, ViewLog};
-use crate::daemon::encoding::encoded;
-use crate::daemon::locks::lock;
+use crate::daemon::encoding::{Encoded, encoded};
+use crate::daemon::locks::{Guard, Level, Lock};
+use crate::daemon::streams::consumer::{Consumer, Share, SnapshotPlace};
 use crate::daemon::streams::convert;
+use crate::daemon::streams::requests::{Requester, Requests};
 use crate::daemon::streams::stream_state::StreamState;
-
-/// What consumers request of an engine.
-#[derive(Debug)]
-pub enum Request {
-    /// Follow a view, from the frame that the consumer has if it can be resumed.
-    Join(Arc<Cursor>, wire::View, Option<wire::Resume>),
-    /// Follow another view.
-    ChangeView(Arc<Cursor>, wire::ChangeView),
-    /// Send tracks, or other tracks.
-    WantTracks(Arc<Cursor>, wire::TracksWanted),
-    /// Send a snapshot: the log does not reach back to the consumer's frame.
-    Snapshot(Arc<Cursor>),
-    /// Follow nothing more.
-    Leave(Arc<Cursor>),
-    /// Send the newest frame once, without a cursor.
-    SnapshotOnce(wire::View, Sender<Arc<wire::Snapshot>>),
-}
 
 /// A consumer's position in a stream.
 #[derive(Debug)]
 pub struct Cursor {
     /// The stream.
     pub stream: Arc<StreamState>,
-    requests: Sender<Request>,
-    /// Wakes the connection's writer.
-    wake: Sender<()>,
-    state: Mutex<State>,
+    /// The peer.
+    pub consumer: Arc<Consumer>,
+    requests: Arc<Requests<Self>>,
+    state: Lock<State>,
+}
+
+impl Requester for Cursor {
+    fn peer(&self) -> u64 {
+        self.consumer.peer
+    }
+}
+
+/// What a cursor in another view starts from.
+#[derive(Clone, Copy, Debug)]
+pub enum Start {
+    /// A snapshot, which its writer asks for when it comes to it.
+    Snapshot(wire::Cause),
+    /// A frame that the consumer has.
+    After(u64),
 }
 
 #[derive(Debug)]
@@ -62,9 +62,11 @@ struct State {
     /// The frame that the consumer has, or will have when `ahead` is sent; 0 for none.
     at: u64,
     /// What is sent before anything from the log.
-    ahead: VecDeque<wire::Shared>,
-    /// Whether a snapshot is awaited.
-    awaits_snapshot: bool,
+    ahead: VecDeque<Ahead>,
+    /// Why a snapshot is awaited, if one is.
+    awaited: Option<wire::Cause>,
+    /// The engine knows that one is awaited.
+    is_requested: bool,
     /// Nothing is sent after `ahead`.
     is_closed: bool,
     sent_dots: Option<Arc<PublishedDots>>,
@@ -74,40 +76,83 @@ struct State {
     last: Instant,
 }
 
+/// A message that is sent before anything from the log.
+#[derive(Debug)]
+struct Ahead {
+    message: Encoded,
+    kind: AheadKind,
+    /// Held for its drop, by messages that others may hold too.
+    _share: Option<Share>,
+}
+
+impl Ahead {
+    /// A message for this consumer alone.
+    fn own(message: Encoded, kind: AheadKind) -> Self {
+        Self { message, kind, _share: None }
+    }
+
+    /// A message that others may hold too.
+    fn shared(message: Encoded, kind: AheadKind, consumer: &Arc<Consumer>) -> Self {
+        let share = consumer.share(message.bytes());
+        Self { message, kind, _share: Some(share) }
+    }
+}
+
+#[derive(Debug)]
+enum AheadKind {
+    /// It is sent whatever view is followed by then.
+    Notice,
+    /// It belongs to the view that is followed.
+    OfView,
+    /// As before; the peer's only snapshot that waits.
+    Snapshot(#[allow(dead_code, reason = "held for its drop")] SnapshotPlace),
+}
+
 impl Cursor {
-    /// A cursor that reads nothing before the engine has got its [`Request::Join`].
+    /// A cursor that reads nothing before the engine knows of it.
     pub fn new(
         stream: Arc<StreamState>,
-        requests: Sender<Request>,
+        consumer: Arc<Consumer>,
+        requests: Arc<Requests<Self>>,
         dots: wire::DotsWanted,
         tracks: wire::TracksWanted,
-        wake: Sender<()>,
     ) -> Self {
+        let opened = encoded(stream.opened(), &consumer.account);
         let state = State {
             log: None,
             dots,
             at: 0,
-            ahead: encoded(stream.opened()).into_iter().collect(),
-            awaits_snapshot: true,
+            ahead: opened.into_iter().map(|message| Ahead::own(message, AheadKind::Notice)).collect(),
+            awaited: None,
+            is_requested: false,
             is_closed: false,
             sent_dots: None,
             tracks,
             track_position: TrackPosition::default(),
             last: Instant::now(),
         };
-        Self { stream, requests, wake, state: Mutex::new(state) }
+        Self { stream, consumer, requests, state: Lock::new(Level::Cursor, state) }
     }
 
-    /// Requests something of the engine; waits while the engine has many requests. An engine that has ended closes the
-    /// cursor by itself.
-    pub fn request(&self, request: Request) {
-        let _ = self.requests.send(request);
+    /// Requests another view.
+    pub fn change_view(self: &Arc<Self>, change: wire::ChangeView) {
+        self.requests.change_view(self, change);
+    }
+
+    /// Requests tracks, or other tracks.
+    pub fn request_tracks(self: &Arc<Self>, tracks: wire::TracksWanted) {
+        self.requests.want_tracks(self, tracks);
+    }
+
+    /// Follows nothing more, and sends nothing more.
+    pub fn leave(self: &Arc<Self>) {
+        self.cancel();
+        self.requests.leave(self);
     }
 
     /// Wakes the writer of the connection.
     pub fn wake(&self) {
-        // A full channel has a wake-up under way already.
-        let _ = self.wake.try_send(());
+        self.consumer.wake();
     }
 
     /// The number of dots that are wanted.
@@ -126,11 +171,22 @@ impl Cursor {
         (state.tracks, state.track_position) = (tracks, TrackPosition::default());
     }
 
-    /// Reads a log from now on, after a snapshot.
-    pub fn follow(&self, log: Arc<ViewLog>) {
+    /// Reads a log from now on. What was to be sent of the view before is left out.
+    pub fn follow(&self, log: Arc<ViewLog>, start: Start) {
         let mut state = self.lock();
+        state.ahead.retain(|ahead| matches!(ahead.kind, AheadKind::Notice));
+        // In one step: the writer must not read the log from the frame that the consumer has of another view.
         state.log = Some(log);
-        state.awaits_snapshot = true;
+        match start {
+            Start::Snapshot(cause) => (state.awaited, state.is_requested) = (Some(cause), false),
+            Start::After(frame) => {
+                (state.at, state.awaited) = (frame, None);
+                let resumed = wire::Resumed { stream: self.stream.number, frame };
+                self.put(&mut state, resumed, AheadKind::OfView);
+            }
+        }
+        drop(state);
+        self.wake();
     }
 
     /// Wants other dots.
@@ -139,36 +195,59 @@ impl Cursor {
         (state.dots, state.sent_dots) = (dots, None);
     }
 
-    /// Goes on from a frame that the consumer has.
-    pub fn resume(&self, frame: u64) {
+    /// Why a snapshot is awaited, if one is.
+    pub fn awaited(&self) -> Option<wire::Cause> {
+        let state = self.lock();
+        state.awaited.filter(|_| !state.is_closed)
+    }
+
+    /// The peer's writer has another snapshot to send: the request is made again when that one is sent.
+    pub fn defer_snapshot(&self) {
+        self.lock().is_requested = false;
+        // If the other one was sent in the meantime, nobody else wakes the writer: giving back the place does.
+        drop(self.consumer.snapshot_place());
+    }
+
+    /// Goes on from a snapshot, if one is awaited. At the stream's end it has no place of its own: all cursors in a
+    /// view share it.
+    pub fn send_snapshot(&self, frame: u64, snapshot: Encoded, place: Option<SnapshotPlace>) {
         let mut state = self.lock();
-        state.ahead.extend(encoded(wire::Resumed { stream: self.stream.number, frame }));
-        (state.at, state.awaits_snapshot) = (frame, false);
+        let Some(cause) = state.awaited.filter(|_| !state.is_closed) else { return };
+        if cause == wire::Cause::Lagged
+            && let Some(lagged) = self.lagged(state.at, frame)
+        {
+            self.put(&mut state, lagged, AheadKind::OfView);
+        }
+        let kind = place.map_or(AheadKind::OfView, AheadKind::Snapshot);
+        state.ahead.push_back(Ahead::shared(snapshot, kind, &self.consumer));
+        (state.at, state.awaited) = (frame, None);
         drop(state);
         self.wake();
     }
 
-    /// Goes on from a snapshot, if one is awaited.
-    pub fn send_snapshot(&self, frame: u64, snapshot: wire::Shared, cause: wire::Cause) {
+    /// Tells the consumer something in between.
+    pub fn notify(&self, message: impl Into<wire::Message>) {
         let mut state = self.lock();
-        if !state.awaits_snapshot || state.is_closed {
-            return;
+        if !state.is_closed {
+            self.put(&mut state, message, AheadKind::Notice);
         }
-        if cause == wire::Cause::Lagged {
-            let lagged = self.lagged(state.at, frame);
-            state.ahead.extend(lagged.and_then(encoded));
-        }
-        state.ahead.push_back(snapshot);
-        (state.at, state.awaits_snapshot) = (frame, false);
         drop(state);
         self.wake();
+    }
+
+    fn put(&self, state: &mut State, message: impl Into<wire::Message>, kind: AheadKind) {
+        if let Some(message) = encoded(message, &self.consumer.account) {
+            state.ahead.push_back(Ahead::own(message, kind));
+        }
     }
 
     /// Whether only a snapshot leads on to the newest frame. If so, one is awaited from now on.
     pub fn needs_snapshot(&self) -> bool {
         let mut state = self.lock();
-        state.awaits_snapshot |= matches!(state.since(0), Some((_, Since::Unknown)));
-        state.awaits_snapshot && !state.is_closed
+        if matches!(state.since(0), Some((_, Since::Unknown))) {
+            state.awaited = Some(wire::Cause::Lagged);
+        }
+        state.awaited.is_some() && !state.is_closed
     }
 
     /// Sends what was published, then the stream's end, and nothing after it.
@@ -181,21 +260,22 @@ impl Cursor {
         if let Some((at, since)) = state.since(0) {
             if let Since::Run(run) = since {
                 state.at = run.last().map_or(at, |last| last.info.number);
-                state.ahead.extend(run.iter().map(|entry| entry.message.clone()));
+                let of_view =
+                    |entry: &Arc<LogEntry>| Ahead::shared(entry.message.clone(), AheadKind::OfView, &self.consumer);
+                state.ahead.extend(run.iter().map(of_view));
             }
-            let tracks = self.next_tracks(&mut state);
-            state.ahead.extend(tracks);
-            let dots = self.next_dots(&mut state);
-            state.ahead.extend(dots);
+            let (tracks, dots) = (self.next_tracks(&mut state), self.next_dots(&mut state));
+            let last = tracks.into_iter().chain(dots);
+            state.ahead.extend(last.map(|message| Ahead::own(message, AheadKind::OfView)));
         }
-        state.ahead.extend(encoded(closed));
+        self.put(&mut state, closed, AheadKind::Notice);
         state.is_closed = true;
         drop(state);
         self.wake();
     }
 
     /// Sends nothing any more.
-    pub fn cancel(&self) {
+    fn cancel(&self) {
         let mut state = self.lock();
         state.ahead.clear();
         state.is_closed = true;
@@ -208,11 +288,17 @@ impl Cursor {
     }
 
     /// The next message, if there is one. A consumer that is more than `queue` bytes behind lags.
-    pub fn next(self: &Arc<Self>, queue: usize) -> Option<wire::Shared> {
+    pub fn next(self: &Arc<Self>, queue: usize) -> Option<Encoded> {
         let mut state = self.lock();
         if let Some(first) = state.ahead.pop_front() {
             state.last = Instant::now();
-            return Some(first);
+            return Some(first.message);
+        }
+        if state.awaited.is_some() && !state.is_requested && !state.is_closed {
+            state.is_requested = true;
+            drop(state);
+            self.requests.want_snapshot(self);
+            return None;
         }
         let (at, since) = state.since(queue)?;
         if let Some(tracks) = self.next_tracks(&mut state) {
@@ -233,55 +319,52 @@ impl Cursor {
                 self.catch_up(at, &run)
             }
             Since::Unknown => {
-                self.request_snapshot(&mut state, at);
+                (state.awaited, state.is_requested) = (Some(wire::Cause::Lagged), true);
+                drop(state);
+                self.requests.want_snapshot(self);
                 None
             }
         }
     }
 
     /// A heartbeat, if nothing was sent for so long.
-    pub fn heartbeat(&self, after: Duration) -> Option<wire::Shared> {
+    pub fn heartbeat(&self, after: Duration) -> Option<Encoded> {
         let mut state = self.lock();
         if state.is_closed || state.last.elapsed() < after {
             return None;
         }
         state.last = Instant::now();
-        encoded(wire::Heartbeat { stream: self.stream.number, frame: self.stream.stats.frame() })
+        let heartbeat = wire::Heartbeat { stream: self.stream.number, frame: self.stream.stats.frame() };
+        encoded(heartbeat, &self.consumer.account)
     }
 
     /// One diff for a whole run, after a message that names the merged frames. A snapshot, if that is smaller.
-    fn catch_up(self: &Arc<Self>, at: u64, run: &[Arc<LogEntry>]) -> Option<wire::Shared> {
+    fn catch_up(self: &Arc<Self>, at: u64, run: &[Arc<LogEntry>]) -> Option<Encoded> {
         let last = run.last()?;
-        let message = LogEntry::merged(self.stream.number, run).and_then(encoded)?;
+        let merged = LogEntry::merged(self.stream.number, run)?;
+        let message = encoded(merged, &self.consumer.account)?;
         let mut state = self.lock();
         let is_long = u64::from(message.length) > convert::snapshot_size(&last.info);
         // What was put ahead in the meantime, a snapshot of another view or the end, follows upon the run.
-        let goes_on = state.ahead.is_empty() && !state.is_closed && !state.awaits_snapshot;
-        if is_long && goes_on && self.request_snapshot(&mut state, at) {
+        let goes_on = state.ahead.is_empty() && !state.is_closed && state.awaited.is_none();
+        if is_long && goes_on {
+            (state.at, state.awaited, state.is_requested) = (at, Some(wire::Cause::Lagged), true);
+            drop(state);
+            self.requests.want_snapshot(self);
             return None;
         }
         state.last = Instant::now();
-        match self.lagged(at, last.info.number).and_then(encoded) {
+        match self.lagged(at, last.info.number).and_then(|lagged| encoded(lagged, &self.consumer.account)) {
             Some(lagged) => {
-                state.ahead.push_front(message);
+                state.ahead.push_front(Ahead::own(message, AheadKind::OfView));
                 Some(lagged)
             }
             None => Some(message),
         }
     }
 
-    /// Whether the request was taken. The engine takes this cursor's lock, so the request must not wait; the next round
-    /// tries again.
-    fn request_snapshot(self: &Arc<Self>, state: &mut State, at: u64) -> bool {
-        let is_requested = self.requests.try_send(Request::Snapshot(Arc::clone(self))).is_ok();
-        if is_requested {
-            (state.at, state.awaits_snapshot) = (at, true);
-        }
-        is_requested
-    }
-
     /// The newest dots, if the consumer has their frame and has not got them before.
-    fn next_dots(&self, state: &mut State) -> Option<wire::Shared> {
+    fn next_dots(&self, state: &mut State) -> Option<Encoded> {
         let most = state.dots_wanted();
         let newest = self.stream.published.dots().filter(|dots| most > 0 && dots.frame == state.at)?;
         if state.sent_dots.as_ref().is_some_and(|sent| Arc::ptr_eq(sent, &newest)) {
@@ -293,11 +376,11 @@ impl Cursor {
             wire::Dots { stream: self.stream.number, frame: newest.frame, total, dots: dots.to_vec() }
         });
         state.sent_dots = Some(newest);
-        message.and_then(encoded)
+        message.and_then(|message| encoded(message, &self.consumer.account))
     }
 
     /// The events of tracks up to the frame that the consumer has.
-    fn next_tracks(&self, state: &mut State) -> Option<wire::Shared> {
+    fn next_tracks(&self, state: &mut State) -> Option<Encoded> {
         if state.tracks == wire::TracksWanted::No || state.at == 0 {
             return None;
         }
@@ -310,7 +393,7 @@ impl Cursor {
             }
             NextTracks::Message(tracks) => {
                 state.track_position = TrackPosition { sent: state.at, seen: state.at };
-                encoded(tracks)
+                encoded(tracks, &self.consumer.account)
             }
         }
     }
@@ -319,12 +402,13 @@ impl Cursor {
         let (first, last) = (at + 1, to.saturating_sub(1));
         (first <= last).then(|| {
             self.stream.stats.lagged.fetch_add(last - first + 1, Ordering::Relaxed);
+            self.consumer.lagged.fetch_add(last - first + 1, Ordering::Relaxed);
             wire::Lagged { stream: self.stream.number, first, last }
         })
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
-        lock(&self.state)
+    fn lock(&self) -> Guard<'_, State> {
+        self.state.lock()
     }
 }
 
@@ -339,7 +423,7 @@ impl State {
 
     /// The consumer's frame, and what the log has after it; none while nothing may be sent.
     fn since(&self, queue: usize) -> Option<(u64, Since)> {
-        let log = self.log.as_ref().filter(|_| !self.awaits_snapshot && !self.is_closed)?;
+        let log = self.log.as_ref().filter(|_| self.awaited.is_none() && !self.is_closed)?;
         Some((self.at, log.since(self.at, queue)))
     }
 }

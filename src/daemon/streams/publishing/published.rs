@@ -6,17 +6,18 @@
 //!
 //! Must not know: who reads it.
 
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::Arc;
 
 use hopes::topology::{RankedDot, Ranking};
 use hopes_protocol as wire;
 
 use super::track_log::TrackLog;
-use crate::daemon::locks::lock;
+use crate::daemon::locks::{Guard, Level, Lock};
+use crate::daemon::memory::{Account, Charge};
 use crate::daemon::streams::convert;
 
 /// The most persistent dots of a frame.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub struct PublishedDots {
     /// The frame.
     pub frame: u64,
@@ -24,16 +25,20 @@ pub struct PublishedDots {
     pub total: u64,
     /// As many as any consumer wants, the most persistent first.
     pub dots: Vec<wire::Dot>,
+    /// Held for its drop.
+    _charge: Charge,
 }
 
 impl PublishedDots {
     /// The dots of a ranking.
-    pub fn new(ranking: &Ranking) -> Self {
+    pub fn new(ranking: &Ranking, account: &Arc<Account>) -> Self {
         let dot = |ranked: &RankedDot| {
             let (a, b, birth, death) = convert::critical(&ranked.critical);
             wire::Dot { edge: (a, b), birth, death, center: ranked.hole.center.into(), radius: ranked.hole.radius }
         };
-        Self { frame: ranking.number, total: ranking.total as u64, dots: ranking.dots.iter().map(dot).collect() }
+        let dots: Vec<wire::Dot> = ranking.dots.iter().map(dot).collect();
+        let charge = account.charge(size_of_val(dots.as_slice()));
+        Self { frame: ranking.number, total: ranking.total as u64, dots, _charge: charge }
     }
 
     /// What a consumer gets that wants so many.
@@ -48,25 +53,32 @@ impl PublishedDots {
 }
 
 /// What a stream publishes beside its views.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Published {
-    dots: Mutex<Option<Arc<PublishedDots>>>,
-    tracks: Mutex<TrackLog>,
+    dots: Lock<Option<Arc<PublishedDots>>>,
+    tracks: Lock<TrackLog>,
+}
+
+impl Default for Published {
+    fn default() -> Self {
+        let (dots, tracks) = (Lock::new(Level::Published, None), Lock::new(Level::Published, TrackLog::default()));
+        Self { dots, tracks }
+    }
 }
 
 impl Published {
     /// The log of its tracks.
-    pub fn tracks(&self) -> MutexGuard<'_, TrackLog> {
-        lock(&self.tracks)
+    pub fn tracks(&self) -> Guard<'_, TrackLog> {
+        self.tracks.lock()
     }
 
     /// The newest dots, if any consumer wants them.
     pub fn dots(&self) -> Option<Arc<PublishedDots>> {
-        lock(&self.dots).clone()
+        self.dots.lock().clone()
     }
 
     /// Publishes other dots.
     pub fn set_dots(&self, dots: Option<PublishedDots>) {
-        *lock(&self.dots) = dots.map(Arc::new);
+        *self.dots.lock() = dots.map(Arc::new);
     }
 }

@@ -11,6 +11,8 @@ use std::sync::Arc;
 
 use hopes_protocol as wire;
 
+use crate::daemon::memory::{Account, Charge};
+
 /// What has happened to tracks up to a frame.
 #[derive(Debug)]
 pub struct TrackFrame {
@@ -24,6 +26,8 @@ pub struct TrackFrame {
     pub living: Vec<Living>,
     /// An estimate of the memory that it takes.
     pub bytes: usize,
+    /// Held for its drop.
+    _charge: Charge,
 }
 
 /// A track that is alive.
@@ -36,6 +40,18 @@ pub struct Living {
 }
 
 impl TrackFrame {
+    /// A frame that takes about so many bytes, which are charged to an account.
+    pub fn new(
+        (frame, time): (u64, Option<f64>),
+        events: Vec<wire::TrackEvent>,
+        living: Vec<Living>,
+        bytes: usize,
+        account: &Arc<Account>,
+    ) -> Self {
+        let time = time.filter(|time| time.is_finite());
+        Self { frame, time, events, living, bytes, _charge: account.charge(bytes) }
+    }
+
     /// All that are alive.
     pub fn alive(&self) -> Vec<wire::Track> {
         self.living.iter().map(|living| living.track).collect()
@@ -89,9 +105,11 @@ pub struct TrackLog {
 }
 
 impl TrackLog {
-    /// An estimate of the memory that it takes.
-    pub fn bytes(&self) -> usize {
-        self.bytes
+    /// Drops the oldest frames while all take more than `limit` bytes.
+    pub fn shrink(&mut self, limit: usize) {
+        while self.bytes > limit && self.frames.len() > 1 {
+            self.bytes -= self.frames.pop_front().map_or(0, |oldest| oldest.bytes);
+        }
     }
 
     /// The newest frame.
@@ -107,9 +125,7 @@ impl TrackLog {
         }
         self.bytes += frame.bytes;
         self.frames.push_back(frame);
-        while self.bytes > limit && self.frames.len() > 1 {
-            self.bytes -= self.frames.pop_front().map_or(0, |oldest| oldest.bytes);
-        }
+        self.shrink(limit);
     }
 
     /// What follows a position, up to the frame `at` that the consumer has of its view.
@@ -168,7 +184,7 @@ mod tests {
             living.cycle = cycle(living.track.id);
         }
         living.push(Living { track: track(number), cycle: cycle(number) });
-        TrackFrame { frame: number, time: None, events: vec![event], living, bytes: 100 }
+        TrackFrame::new((number, None), vec![event], living, 100, &Arc::default())
     }
 
     fn ring(numbers: std::ops::RangeInclusive<u64>, limit: usize) -> TrackLog {
@@ -221,7 +237,7 @@ mod tests {
     #[test]
     fn a_consumer_behind_the_log_gets_all_tracks_again() {
         let ring = ring(1..=9, 350);
-        assert_eq!((ring.bytes(), ring.frames.len()), (300, 3));
+        assert_eq!((ring.bytes, ring.frames.len()), (300, 3));
         assert_eq!(message_of(ring.next(5, at(6), 9, wire::TracksWanted::Alive)).from, 0);
         assert_eq!(message_of(ring.next(5, at(7), 9, wire::TracksWanted::Alive)).from, 7);
     }

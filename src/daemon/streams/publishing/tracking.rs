@@ -13,6 +13,7 @@ use hopes::topology::{Pipeline, Region, TrackOptions, Tracker};
 use hopes_protocol as wire;
 
 use super::track_log::{Living, TrackFrame};
+use crate::daemon::memory::Account;
 use crate::daemon::streams::convert;
 
 /// Follows the tracks of a stream.
@@ -22,12 +23,14 @@ pub struct Tracking {
     cycles: HashMap<u64, Arc<wire::TrackCycle>>,
     /// Whether a warning says that there are too many dots.
     has_warned: bool,
+    /// Pays for frames.
+    account: Arc<Account>,
 }
 
 impl Tracking {
     /// No frame was seen yet.
-    pub fn new(options: TrackOptions) -> Self {
-        Self { tracker: Tracker::new(options), cycles: HashMap::new(), has_warned: false }
+    pub fn new(options: TrackOptions, account: Arc<Account>) -> Self {
+        Self { tracker: Tracker::new(options), cycles: HashMap::new(), has_warned: false, account }
     }
 
     /// What has happened up to the newest frame, unless that was asked before.
@@ -70,7 +73,7 @@ impl Tracking {
         };
         let living: Vec<Living> = self.tracker.alive().map(living).collect();
         bytes += size_of_val(living.as_slice());
-        TrackFrame { frame, time: time.filter(|time| time.is_finite()), events, living, bytes }
+        TrackFrame::new((frame, time), events, living, bytes, &self.account)
     }
 
     /// Finds the cycles of all living tracks. A track that is missing in the frame has none. Returns the memory that

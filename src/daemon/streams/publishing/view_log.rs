@@ -10,12 +10,14 @@
 //! Consumers have no queue of their own. Each has a cursor, the number of its frame, and reads what follows.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::Arc;
 
 use hopes::topology::Diff;
 use hopes_protocol as wire;
 
-use crate::daemon::locks::lock;
+use crate::daemon::encoding::Encoded;
+use crate::daemon::locks::{Guard, Level, Lock};
+use crate::daemon::memory::{Account, Charge};
 use crate::daemon::streams::convert;
 
 /// What turned one frame of a view into the next one.
@@ -29,24 +31,26 @@ pub struct LogEntry {
     pub diff: Diff,
     /// Proves the frame after.
     pub checksum: u64,
-    /// The encoded message.
-    pub message: wire::Shared,
+    /// The encoded message, which is charged by itself.
+    pub message: Encoded,
+    bytes: usize,
+    /// Held for its drop.
+    _charge: Charge,
 }
 
 impl LogEntry {
-    /// An estimate of the memory that it takes.
-    fn bytes(&self) -> usize {
-        let Diff { vertices_added, vertices_removed, tree_added, tree_removed, .. } = &self.diff;
-        let Diff { critical_set, critical_removed, critical_before, .. } = &self.diff;
-        self.message.bytes.len()
-            + size_of_val(vertices_added.as_slice())
-            + size_of_val(vertices_removed.as_slice())
-            + size_of_val(tree_added.as_slice())
-            + size_of_val(tree_removed.as_slice())
-            + size_of_val(critical_set.as_slice())
-            + size_of_val(critical_removed.as_slice())
-            + size_of_val(critical_before.as_slice())
-            + size_of::<Self>()
+    /// An entry that holds the encoding of its change; both are charged to an account.
+    pub fn new(
+        from: u64,
+        info: wire::FrameInfo,
+        diff: Diff,
+        checksum: u64,
+        message: Encoded,
+        account: &Arc<Account>,
+    ) -> Self {
+        let of_diff = size_of::<Self>() + size_of_diff(&diff);
+        let bytes = of_diff + message.bytes();
+        Self { from, info, diff, checksum, message, bytes, _charge: account.charge(of_diff) }
     }
 
     /// One diff for a run of entries; none for no entries.
@@ -57,6 +61,19 @@ impl LogEntry {
         let frame = wire::FrameInfo { rejected, ..last.info.clone() };
         Some(convert::wire_diff(stream, first.from, frame, &merged, last.checksum))
     }
+}
+
+/// The memory that a change takes outside of itself.
+fn size_of_diff(diff: &Diff) -> usize {
+    let Diff { vertices_added, vertices_removed, tree_added, tree_removed, .. } = diff;
+    let Diff { critical_set, critical_removed, critical_before, .. } = diff;
+    size_of_val(vertices_added.as_slice())
+        + size_of_val(vertices_removed.as_slice())
+        + size_of_val(tree_added.as_slice())
+        + size_of_val(tree_removed.as_slice())
+        + size_of_val(critical_set.as_slice())
+        + size_of_val(critical_removed.as_slice())
+        + size_of_val(critical_before.as_slice())
 }
 
 /// What a log has after a frame.
@@ -87,12 +104,17 @@ impl State {
     fn push(&mut self, entry: Arc<LogEntry>, limit: usize) {
         debug_assert_eq!(entry.from, self.newest, "entries follow upon each other");
         self.newest = entry.info.number;
-        self.bytes += entry.bytes();
+        self.bytes += entry.bytes;
         let before = self.published;
         self.published += u64::from(entry.message.length);
         self.entries.push_back((before, entry));
+        self.shrink(limit);
+    }
+
+    /// Drops the oldest entries while all take more than `limit` bytes.
+    fn shrink(&mut self, limit: usize) {
         while self.bytes > limit && self.entries.len() > 1 {
-            self.bytes -= self.entries.pop_front().map_or(0, |(_, oldest)| oldest.bytes());
+            self.bytes -= self.entries.pop_front().map_or(0, |(_, oldest)| oldest.bytes);
         }
     }
 
@@ -119,18 +141,18 @@ impl State {
 pub struct ViewLog {
     /// The view.
     pub view: wire::View,
-    state: Mutex<State>,
+    state: Lock<State>,
 }
 
 impl ViewLog {
     /// The empty log of a view whose newest frame is this, which the log does not describe.
     pub fn new(view: wire::View, newest: u64) -> Self {
-        Self { view, state: Mutex::new(State { newest, ..State::default() }) }
+        Self { view, state: Lock::new(Level::Published, State { newest, ..State::default() }) }
     }
 
-    /// An estimate of the memory that it takes.
-    pub fn bytes(&self) -> usize {
-        self.lock().bytes
+    /// Drops the oldest entries while all take more than `limit` bytes.
+    pub fn shrink(&self, limit: usize) {
+        self.lock().shrink(limit);
     }
 
     /// What follows a frame: one entry, or all of them if they have more than `queue` bytes.
@@ -148,8 +170,8 @@ impl ViewLog {
         self.lock().push(Arc::new(entry), limit);
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
-        lock(&self.state)
+    fn lock(&self) -> Guard<'_, State> {
+        self.state.lock()
     }
 }
 
@@ -176,8 +198,9 @@ mod tests {
             cycles: 0,
         };
         let bytes = vec![0; length as usize].into();
-        let message = wire::Shared { kind: 0x0207, length, bytes };
-        LogEntry { from, info, diff: Diff::default(), checksum: 0, message }
+        let account = Arc::default();
+        let message = Encoded::new(wire::Shared { kind: 0x0207, length, bytes }, &account);
+        LogEntry::new(from, info, Diff::default(), 0, message, &account)
     }
 
     /// Where the entries after a frame start; none if the log does not reach back so far.
@@ -216,7 +239,7 @@ mod tests {
         let log = log(0);
         for from in 0..100 {
             log.publish(entry(from, 4000), 20_000);
-            assert!(log.bytes() <= 20_000);
+            assert!(log.lock().bytes <= 20_000);
         }
         assert_eq!(froms(&log, 95), None);
         assert_eq!(froms(&log, 96), Some(vec![96, 97, 98, 99]));

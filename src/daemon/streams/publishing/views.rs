@@ -5,6 +5,7 @@
 //! Invariants: a view is computed once per frame, however many consumers follow it. A new cursor gets a
 //! snapshot of the newest frame and, from there on, every change. A view without cursors is kept for a while, so that
 //! consumers that come back can resume.
+//! Views are bounded, those without cursors to a few. When memory is short, those without cursors and all history go.
 //! Must not know: where points come from, connections.
 
 use std::sync::Arc;
@@ -14,17 +15,28 @@ use std::time::{Duration, Instant};
 use hopes::topology::{Follower, Pipeline, SimplifiedFollower, Step, TrackOptions};
 use hopes_protocol as wire;
 
-use super::cursor::{Cursor, Request};
+use super::cursor::{Cursor, Start};
 use super::published::PublishedDots;
 use super::track_log::TrackFrame;
 use super::tracking::Tracking;
 use super::view_log::{LogEntry, ViewLog};
-use crate::daemon::encoding::encoded;
+use crate::daemon::encoding::{Encoded, encoded};
+use crate::daemon::memory::{Charged, Memory};
+use crate::daemon::report::report;
+use crate::daemon::settings::Limits;
+use crate::daemon::streams::consumer::SnapshotPlace;
 use crate::daemon::streams::convert;
+use crate::daemon::streams::requests::{Request, Wishes};
 use crate::daemon::streams::stream_state::StreamState;
 
 /// How long a view without cursors is kept. A consumer that comes back in that time resumes by diffs.
 const KEPT: Duration = Duration::from_secs(60);
+
+/// Views without cursors that are kept at the most: each is computed in every frame.
+const MOST_IDLE: usize = 8;
+
+/// An estimate of the bytes that a vertex takes in a snapshot, with its edges, before and after it is encoded.
+const SNAPSHOT_BYTES_OF_A_VERTEX: u64 = 100;
 
 /// Follows one view of a pipeline, frame by frame.
 #[derive(Debug)]
@@ -69,7 +81,7 @@ impl ViewFollower {
 struct Snapshot {
     frame: u64,
     cause: wire::Cause,
-    message: wire::Shared,
+    message: Encoded,
 }
 
 /// A view that consumers follow.
@@ -79,8 +91,8 @@ struct Watched {
     cursors: Vec<Arc<Cursor>>,
     /// Since when it has no cursors.
     idle_since: Option<Instant>,
-    /// The newest snapshot, if one was needed.
-    snapshot: Option<Snapshot>,
+    /// Snapshots of the newest frame, one for each cause for which one was needed.
+    snapshots: Vec<Snapshot>,
 }
 
 impl Watched {
@@ -89,13 +101,13 @@ impl Watched {
         let mut follower = ViewFollower::new(view);
         let newest = follower.poll(pipeline).map_or(0, |step| step.number);
         let log = Arc::new(ViewLog::new(view, newest));
-        Self { log, follower, cursors: Vec::new(), idle_since: None, snapshot: None }
+        Self { log, follower, cursors: Vec::new(), idle_since: None, snapshots: Vec::new() }
     }
 
-    fn add(&mut self, cursor: &Arc<Cursor>) {
+    fn add(&mut self, cursor: &Arc<Cursor>, start: Start) {
         self.idle_since = None;
         self.cursors.push(Arc::clone(cursor));
-        cursor.follow(Arc::clone(&self.log));
+        cursor.follow(Arc::clone(&self.log), start);
     }
 
     fn remove(&mut self, cursor: &Arc<Cursor>) {
@@ -109,33 +121,45 @@ impl Watched {
         self.cursors.iter().for_each(|cursor| cursor.wake());
     }
 
+    fn has(&self, cursor: &Arc<Cursor>) -> bool {
+        self.cursors.iter().any(|other| Arc::ptr_eq(other, cursor))
+    }
+
+    fn known_snapshot(&self, cause: wire::Cause) -> Option<Snapshot> {
+        self.snapshots.iter().find(|known| known.cause == cause).cloned()
+    }
+
     /// A snapshot of the newest frame, made if there is none for this cause.
     fn snapshot(
         &mut self,
-        stream: u32,
+        stream: &StreamState,
         cause: wire::Cause,
         rejected: u64,
         pipeline: &mut Pipeline,
     ) -> Option<Snapshot> {
-        if self.snapshot.as_ref().is_none_or(|known| known.cause != cause) {
+        let known = self.known_snapshot(cause);
+        known.or_else(|| {
             let view = self.log.view;
-            self.snapshot = ViewFollower::new(view).poll(pipeline).and_then(|step| {
-                let message = encoded(convert::snapshot(stream, view, cause, &step, rejected))?;
-                Some(Snapshot { frame: step.number, cause, message })
-            });
-        }
-        self.snapshot.clone()
+            let step = ViewFollower::new(view).poll(pipeline)?;
+            let snapshot = convert::snapshot(stream.number, view, cause, &step, rejected);
+            let message = encoded(snapshot, &stream.accounts.views)?;
+            self.snapshots.push(Snapshot { frame: step.number, cause, message });
+            self.snapshots.last().cloned()
+        })
     }
 }
 
 /// All views of a stream.
 pub struct Views {
     stream: Arc<StreamState>,
+    memory: Arc<Memory>,
     watched: Vec<Watched>,
     /// Cursors in a stream that has no frame yet.
-    early: Vec<(Arc<Cursor>, wire::Cause)>,
+    early: Vec<Arc<Cursor>>,
     /// The newest frame in the view of the last [`Request::SnapshotOnce`].
-    once: Option<Arc<wire::Snapshot>>,
+    once: Option<Arc<Charged<wire::Snapshot>>>,
+    /// Views at the most.
+    most: usize,
     /// Bytes of changes that each log keeps.
     history: usize,
     tracking: Option<Tracking>,
@@ -143,16 +167,28 @@ pub struct Views {
 }
 
 impl Views {
-    /// No views.
-    pub fn new(stream: Arc<StreamState>, history: usize, tracking: Option<TrackOptions>) -> Self {
-        let tracking = tracking.map(Tracking::new);
-        Self { stream, watched: Vec::new(), early: Vec::new(), once: None, history, tracking, rejected: 0 }
+    /// No views. There will be `limits.views` at the most, each with a history of `limits.history` bytes.
+    pub fn new(stream: Arc<StreamState>, memory: Arc<Memory>, limits: &Limits, tracking: Option<TrackOptions>) -> Self {
+        let tracking = tracking.map(|options| Tracking::new(options, Arc::clone(&stream.accounts.views)));
+        let (most, history) = (limits.views.get(), limits.history);
+        let (watched, early, once, rejected) = (Vec::new(), Vec::new(), None, 0);
+        Self { stream, memory, watched, early, once, most, history, tracking, rejected }
     }
 
-    /// An estimate of the memory that logs take.
-    pub fn bytes(&self) -> usize {
-        let views: usize = self.watched.iter().map(|watched| watched.log.bytes()).sum();
-        views + self.stream.published.tracks().bytes()
+    /// Bytes of changes that each log keeps by now.
+    fn history(&self) -> usize {
+        if self.memory.is_short() { 0 } else { self.history }
+    }
+
+    /// Drops what can be made again: views without cursors, history, snapshots that nobody waits for.
+    pub fn relieve(&mut self) {
+        self.watched.retain(|watched| watched.idle_since.is_none());
+        for watched in &mut self.watched {
+            watched.snapshots.clear();
+            watched.log.shrink(0);
+        }
+        self.stream.published.tracks().shrink(0);
+        self.once = None;
     }
 
     /// The followers of plain views.
@@ -161,31 +197,43 @@ impl Views {
     }
 
     /// Serves a request of a consumer.
-    pub fn serve(&mut self, request: Request, pipeline: &mut Pipeline) {
+    pub fn serve(&mut self, request: Request<Cursor>, pipeline: &mut Pipeline) {
         match request {
-            Request::Join(cursor, view, resume) => self.join(&cursor, view, resume, pipeline),
-            Request::ChangeView(cursor, change) => {
-                self.remove(&cursor);
-                cursor.want_dots(change.dots);
-                self.follow(&cursor, change.view, pipeline);
-                self.send_snapshot(&cursor, wire::Cause::ViewChanged, pipeline);
-            }
-            Request::WantTracks(cursor, tracks) => {
-                cursor.want_tracks(tracks);
-                cursor.wake();
-            }
-            Request::Snapshot(cursor) => self.send_snapshot(&cursor, wire::Cause::Lagged, pipeline),
-            Request::Leave(cursor) => {
-                self.remove(&cursor);
-                self.stream.stats.consumers.fetch_sub(1, Ordering::Relaxed);
-            }
+            Request::Cursor(wishes) => self.serve_cursor(wishes, pipeline),
             Request::SnapshotOnce(view, answer) => {
                 if let Some(snapshot) = self.snapshot_once(view, pipeline) {
                     // There is room for one. A requester that has given up needs no answer.
                     let _ = answer.try_send(snapshot);
                 }
-                return;
             }
+            Request::Probe(answer) => {
+                let _ = answer.try_send(());
+            }
+        }
+    }
+
+    fn serve_cursor(&mut self, wishes: Wishes<Cursor>, pipeline: &mut Pipeline) {
+        let Wishes { cursor, join, view: change, tracks, snapshot, leave } = wishes;
+        if leave {
+            self.remove(&cursor);
+            self.stream.stats.consumers.fetch_sub(1, Ordering::Relaxed);
+            return;
+        }
+        match (join, change) {
+            (Some((view, resume)), None) => self.join(&cursor, view, resume, pipeline),
+            (Some((view, resume)), Some(change)) => {
+                cursor.want_dots(change.dots);
+                self.join(&cursor, change.view, resume.filter(|_| change.view == view), pipeline);
+            }
+            (None, Some(change)) => self.change_view(&cursor, change, pipeline),
+            (None, None) => {}
+        }
+        if let Some(tracks) = tracks {
+            cursor.want_tracks(tracks);
+            cursor.wake();
+        }
+        if snapshot {
+            self.send_awaited(&cursor, pipeline);
         }
         self.publish_tracks(pipeline, false);
         self.publish_dots(pipeline);
@@ -194,6 +242,7 @@ impl Views {
     /// Publishes what has happened to tracks up to the newest frame, if a consumer or the output wants it and it is not
     /// published yet.
     pub fn publish_tracks(&mut self, pipeline: &mut Pipeline, has_output: bool) -> Option<Arc<TrackFrame>> {
+        let history = self.history();
         let tracking = self.tracking.as_mut().filter(|_| pipeline.committed() > 0)?;
         let cursors = self.watched.iter().flat_map(|watched| &watched.cursors);
         let wanted = cursors.map(|cursor| cursor.tracks_wanted()).max().unwrap_or_default();
@@ -209,7 +258,7 @@ impl Views {
             lacks_cycles.map(|newest| tracking.with_cycles(pipeline, &newest))
         });
         let frame = Arc::new(frame?);
-        log.push(Arc::clone(&frame), self.history);
+        log.push(Arc::clone(&frame), history);
         drop(log);
         self.wake_all();
         Some(frame)
@@ -218,21 +267,21 @@ impl Views {
     /// Publishes the newest frame in all views. Returns the time that computing them took, without publishing.
     pub fn publish(&mut self, pipeline: &mut Pipeline, rejected: u64) -> Duration {
         (self.rejected, self.once) = (rejected, None);
-        let mut took = Duration::ZERO;
+        let (mut took, history) = (Duration::ZERO, self.history());
         self.watched.retain(|watched| watched.idle_since.is_none_or(|since| since.elapsed() < KEPT));
         for watched in &mut self.watched {
-            watched.snapshot = None;
+            watched.snapshots.clear();
             let begun = Instant::now();
             let step = watched.follower.poll(pipeline);
             took += begun.elapsed();
             let Some(step) = step else { continue };
-            if let Some(entry) = entry(self.stream.number, watched.log.view, step, rejected) {
-                watched.log.publish(entry, self.history);
+            if let Some(entry) = entry(&self.stream, watched.log.view, step, rejected) {
+                watched.log.publish(entry, history);
             }
         }
         self.publish_dots(pipeline);
-        for (cursor, cause) in std::mem::take(&mut self.early) {
-            self.send_snapshot(&cursor, cause, pipeline);
+        for cursor in std::mem::take(&mut self.early) {
+            self.send_awaited(&cursor, pipeline);
         }
         self.wake_all();
         took
@@ -242,8 +291,8 @@ impl Views {
     pub fn close(&mut self, pipeline: &mut Pipeline, reason: &str) {
         let cursors: Vec<Arc<Cursor>> = self.watched.iter().flat_map(|watched| watched.cursors.clone()).collect();
         for cursor in cursors {
-            if cursor.needs_snapshot() {
-                self.send_snapshot(&cursor, wire::Cause::Lagged, pipeline);
+            if cursor.needs_snapshot() && pipeline.committed() > 0 {
+                self.send_snapshot(&cursor, None, pipeline);
             }
             cursor.close(pipeline.committed(), reason);
         }
@@ -251,53 +300,139 @@ impl Views {
 
     fn join(&mut self, cursor: &Arc<Cursor>, view: wire::View, resume: Option<wire::Resume>, pipeline: &mut Pipeline) {
         self.stream.stats.consumers.fetch_add(1, Ordering::Relaxed);
-        let log = self.follow(cursor, view, pipeline);
-        match resume {
-            None => self.send_snapshot(cursor, wire::Cause::Start, pipeline),
-            Some(resume) if resume.epoch == self.stream.epoch && log.reaches(resume.frame) => {
-                cursor.resume(resume.frame);
-            }
-            Some(_) => self.send_snapshot(cursor, wire::Cause::CannotResume, pipeline),
+        if !self.has_room_for(view, None) {
+            return self.refuse(cursor, wire::ErrorCode::TooManyViews, &self.too_many_views());
         }
+        let epoch = self.stream.epoch;
+        let watched = self.watch(view, pipeline);
+        let start = match resume {
+            None => Start::Snapshot(wire::Cause::Start),
+            Some(resume) if resume.epoch == epoch && watched.log.reaches(resume.frame) => Start::After(resume.frame),
+            Some(_) => Start::Snapshot(wire::Cause::CannotResume),
+        };
+        watched.add(cursor, start);
     }
 
-    /// Puts a cursor on the log of a view, which is made if there is none.
-    fn follow(&mut self, cursor: &Arc<Cursor>, view: wire::View, pipeline: &mut Pipeline) -> Arc<ViewLog> {
+    /// A view that the cursor has left, and nobody else follows, is not kept: it was left on purpose.
+    fn change_view(&mut self, cursor: &Arc<Cursor>, change: wire::ChangeView, pipeline: &mut Pipeline) {
+        /// The type of the message that asks for it.
+        const CHANGE_VIEW: u16 = 0x0202;
+        if !self.has_room_for(change.view, Some(cursor)) {
+            return cursor.notify(report(wire::ErrorCode::TooManyViews, CHANGE_VIEW, self.too_many_views()));
+        }
+        self.watched.retain_mut(|watched| {
+            let had = watched.has(cursor);
+            watched.remove(cursor);
+            !had || watched.log.view == change.view || !watched.cursors.is_empty()
+        });
+        cursor.want_dots(change.dots);
+        self.watch(change.view, pipeline).add(cursor, Start::Snapshot(wire::Cause::ViewChanged));
+    }
+
+    /// Whether a view can be followed: by a cursor that leaves its own for it, or by another one.
+    fn has_room_for(&self, view: wire::View, leaving: Option<&Arc<Cursor>>) -> bool {
+        let may_go = |watched: &Watched| {
+            watched.cursors.is_empty()
+                || leaving.is_some_and(|cursor| watched.cursors.len() == 1 && watched.has(cursor))
+        };
+        self.watched.len() < self.most || self.watched.iter().any(|watched| watched.log.view == view || may_go(watched))
+    }
+
+    fn too_many_views(&self) -> String {
+        let (most, name) = (self.most, &self.stream.name);
+        format!(
+            "stream {name:?} is followed in {most} different views, and in no more: take one of these, or allow more"
+        )
+    }
+
+    /// Ends a cursor that cannot be served.
+    fn refuse(&self, cursor: &Arc<Cursor>, code: wire::ErrorCode, text: &str) {
+        /// The type of the message that asks for a cursor.
+        const SUBSCRIBE: u16 = 0x0201;
+        cursor.notify(report(code, SUBSCRIBE, text));
+        cursor.close(self.stream.stats.frame(), text);
+    }
+
+    /// A view that is watched; from now on, if it was not. There must be room for it.
+    fn watch(&mut self, view: wire::View, pipeline: &mut Pipeline) -> &mut Watched {
         let place = self.watched.iter().position(|watched| watched.log.view == view).unwrap_or_else(|| {
+            if self.watched.len() >= self.most {
+                self.drop_idle(self.idle_count().saturating_sub(1));
+            }
             self.watched.push(Watched::new(view, pipeline));
             self.watched.len() - 1
         });
-        let watched = &mut self.watched[place];
-        watched.add(cursor);
-        Arc::clone(&watched.log)
+        &mut self.watched[place]
     }
 
     fn remove(&mut self, cursor: &Arc<Cursor>) {
-        self.early.retain(|(other, _)| !Arc::ptr_eq(other, cursor));
+        self.early.retain(|other| !Arc::ptr_eq(other, cursor));
         self.watched.iter_mut().for_each(|watched| watched.remove(cursor));
+        self.drop_idle(if self.memory.is_short() { 0 } else { MOST_IDLE });
     }
 
-    /// Gives a cursor the newest frame as a whole; if there is none yet, the first one.
-    fn send_snapshot(&mut self, cursor: &Arc<Cursor>, cause: wire::Cause, pipeline: &mut Pipeline) {
-        let has_cursor = |watched: &&mut Watched| watched.cursors.iter().any(|other| Arc::ptr_eq(other, cursor));
-        let Some(watched) = self.watched.iter_mut().find(has_cursor) else { return };
+    fn idle_count(&self) -> usize {
+        self.watched.iter().filter(|watched| watched.idle_since.is_some()).count()
+    }
+
+    /// Keeps so many views without cursors, those that had some last.
+    fn drop_idle(&mut self, kept: usize) {
+        let mut since: Vec<Instant> = self.watched.iter().filter_map(|watched| watched.idle_since).collect();
+        since.sort_unstable();
+        let Some(place) = since.len().checked_sub(kept + 1) else { return };
+        let newest_dropped = since[place];
+        self.watched.retain(|watched| watched.idle_since.is_none_or(|since| since > newest_dropped));
+    }
+
+    /// Gives a cursor the snapshot that it awaits; if there is no frame yet, the first one. A peer gets one at a time.
+    fn send_awaited(&mut self, cursor: &Arc<Cursor>, pipeline: &mut Pipeline) {
         if pipeline.committed() == 0 {
-            self.early.push((Arc::clone(cursor), cause));
+            self.early.push(Arc::clone(cursor));
             return;
         }
-        if let Some(snapshot) = watched.snapshot(self.stream.number, cause, self.rejected, pipeline) {
-            cursor.send_snapshot(snapshot.frame, snapshot.message, cause);
+        match cursor.consumer.snapshot_place() {
+            Some(place) => self.send_snapshot(cursor, Some(place), pipeline),
+            None => cursor.defer_snapshot(),
         }
     }
 
-    /// The newest frame without a cursor; none if there is none yet. No view is followed for it.
-    fn snapshot_once(&mut self, view: wire::View, pipeline: &mut Pipeline) -> Option<Arc<wire::Snapshot>> {
+    fn send_snapshot(&mut self, cursor: &Arc<Cursor>, place: Option<SnapshotPlace>, pipeline: &mut Pipeline) {
+        let Some(cause) = cursor.awaited() else { return };
+        let Some(of_cursor) = self.watched.iter().position(|watched| watched.has(cursor)) else { return };
+        let is_known = self.watched[of_cursor].known_snapshot(cause).is_some();
+        if !is_known && !self.makes_room_for_snapshot(pipeline) {
+            let text = "the daemon is at its limit of memory: come back later, or allow more by --max-memory";
+            return self.refuse(cursor, wire::ErrorCode::NoMemory, text);
+        }
+        // Views without cursors may have gone to make room.
+        let Some(watched) = self.watched.iter_mut().find(|watched| watched.has(cursor)) else { return };
+        if let Some(snapshot) = watched.snapshot(&self.stream, cause, self.rejected, pipeline) {
+            cursor.send_snapshot(snapshot.frame, snapshot.message, place);
+        }
+    }
+
+    /// Whether there is room for another snapshot, if need be without what can be made again.
+    fn makes_room_for_snapshot(&mut self, pipeline: &Pipeline) -> bool {
+        let needed = pipeline.vertex_count() as u64 * SNAPSHOT_BYTES_OF_A_VERTEX;
+        if self.memory.has_no_room_for(needed) {
+            self.relieve();
+        }
+        !self.memory.has_no_room_for(needed)
+    }
+
+    /// The newest frame without a cursor; none if there is none yet, or no room for it. No view is followed for it.
+    fn snapshot_once(&mut self, view: wire::View, pipeline: &mut Pipeline) -> Option<Arc<Charged<wire::Snapshot>>> {
         if let Some(known) = self.once.as_ref().filter(|known| known.frame.view == view) {
             return Some(Arc::clone(known));
         }
+        self.once = None;
+        if !self.makes_room_for_snapshot(pipeline) {
+            return None;
+        }
         let step = ViewFollower::new(view).poll(pipeline)?;
         let snapshot = convert::snapshot(self.stream.number, view, wire::Cause::Start, &step, self.rejected);
-        self.once = Some(Arc::new(snapshot));
+        let bytes = convert::snapshot_size(&snapshot.frame) as usize;
+        self.once = Some(Arc::new(Charged::new(snapshot, bytes, &self.stream.accounts.views)));
         self.once.clone()
     }
 
@@ -312,7 +447,7 @@ impl Views {
         if published.dots().is_some_and(|dots| dots.frame == pipeline.committed() && dots.has_top(most)) {
             return;
         }
-        published.set_dots(Some(PublishedDots::new(&pipeline.poll_dots(most))));
+        published.set_dots(Some(PublishedDots::new(&pipeline.poll_dots(most), &self.stream.accounts.views)));
         self.wake_all();
     }
 
@@ -321,9 +456,10 @@ impl Views {
     }
 }
 
-fn entry(stream: u32, view: wire::View, step: Step, rejected: u64) -> Option<LogEntry> {
-    let message = convert::diff(stream, view, &step, rejected);
+fn entry(stream: &StreamState, view: wire::View, step: Step, rejected: u64) -> Option<LogEntry> {
+    let message = convert::diff(stream.number, view, &step, rejected);
     let (from, info, checksum) = (message.from, message.frame.clone(), message.checksum);
-    let message = encoded(message)?;
-    Some(LogEntry { from, info, diff: step.diff, checksum, message })
+    let account = &stream.accounts.views;
+    let message = encoded(message, account)?;
+    Some(LogEntry::new(from, info, step.diff, checksum, message, account))
 }

@@ -63,7 +63,7 @@ fn named_maximum(plane: HalfEdges<'_>, out: HalfEdge, name: [Located<Slot>; 3]) 
     let mut edge = out;
     loop {
         if !plane.is_outer(edge) && plane.corners(edge).into_iter().all(on_circle) {
-            return plane.maximum_on_circle(edge).filter(|&maximum| plane.name(maximum) == name);
+            return plane.maximum_on_circle(edge, |_| true).filter(|&maximum| plane.name(maximum) == name);
         }
         edge = plane.turn(edge);
         if edge == out {

@@ -53,7 +53,7 @@ impl Tiles {
         let root = tiles.new_leaf(NONE, 0);
         let mut sites: Vec<(Position, Slot)> = cloud.vertices().map(|(slot, v)| (v.position, slot)).collect();
         let leaves = tiles.build(root, &mut sites);
-        tiles.read_stars(cloud, delaunay, &leaves);
+        tiles.read_stars(cloud, delaunay, &leaves, false);
         tiles.reduce_above(cloud, &leaves);
         tiles
     }
@@ -86,16 +86,16 @@ impl Tiles {
             }
         }
         self.list_leaves_of(touched.slots(), &mut leaves);
-        let mut circle_owners = self.read_stars(cloud, delaunay, &leaves);
+        let mut circle_owners = self.read_stars(cloud, delaunay, &leaves, true);
         circle_owners.retain(|&slot| self.star_places[slot as usize].read_in != self.round);
         self.begin_round();
         let mut again = Vec::new();
         self.list_leaves_of(circle_owners.into_iter(), &mut again);
-        self.read_stars(cloud, delaunay, &again);
+        self.read_stars(cloud, delaunay, &again, false);
         leaves.extend(again);
         let rebuilt = self.reshape(&mut leaves);
         self.begin_round();
-        self.read_stars(cloud, delaunay, &rebuilt);
+        self.read_stars(cloud, delaunay, &rebuilt, false);
         leaves.extend(rebuilt);
         let mut difference = self.reduce_above(cloud, &leaves);
         for retired in self.retired.drain(..) {
@@ -105,11 +105,15 @@ impl Tiles {
         difference
     }
 
-    /// Updates the stars of some leaves. Returns vertices of other leaves whose stars have to be read again.
-    fn read_stars(&mut self, cloud: &Cloud, delaunay: &Delaunay, leaves: &[TileId]) -> Vec<Slot> {
+    /// Updates the stars of some leaves. Returns the owners of circles of other leaves, whose stars have to be read
+    /// again, if they are sought.
+    fn read_stars(&mut self, cloud: &Cloud, delaunay: &Delaunay, leaves: &[TileId], seeks_owners: bool) -> Vec<Slot> {
         let mut jobs: Vec<ReadJob> = leaves.iter().map(|&leaf| self.begin_read(leaf)).collect();
         let mut workers = std::mem::take(&mut self.workers);
-        with_workers(&mut workers, &mut jobs, |worker, job| self.read_leaf(delaunay, job, worker));
+        with_workers(&mut workers, &mut jobs, |worker, job| {
+            worker.reader.seeks_owners = seeks_owners;
+            self.read_leaf(delaunay, job, worker);
+        });
         for ReadJob { tile, stars, arrivals } in jobs {
             debug_assert!(stars.vertices().all(|(position, slot)| cloud.position(slot) == position));
             let tile = &mut self.tiles[tile as usize];
@@ -117,7 +121,8 @@ impl Tiles {
             tile.is_stale = true;
             tile.body = Body::Leaf { stars, arrivals };
         }
-        let circle_owners = workers.iter_mut().flat_map(|worker| worker.reader.circle_owners.drain(..)).collect();
+        let circle_owners = workers.iter().flat_map(|worker| worker.reader.circle_owners.iter().copied()).collect();
+        workers.iter_mut().for_each(|worker| worker.reader.forget_owners());
         self.workers = workers;
         circle_owners
     }

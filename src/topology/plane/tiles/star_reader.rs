@@ -7,6 +7,8 @@
 
 use std::cmp::Ordering;
 
+use hashbrown::HashSet;
+
 use super::star::{Center, Marks, OUTSIDE, Spoke, Stars};
 use crate::topology::cloud::{Located, Position, Slot, half_length_squared};
 use crate::topology::plane::cocircular::{by_position, on_one_circle};
@@ -33,9 +35,19 @@ pub struct StarReader {
     turning: Vec<(u32, HalfEdge, HalfEdge)>,
     /// The owners (smallest corners) of maxima on whose circles triangles of the stars read so far lie.
     pub circle_owners: Vec<Slot>,
+    /// Whether these owners are sought.
+    pub seeks_owners: bool,
+    /// The faces on the ways to them. Many triangles of a large circle share their way, so each face is passed once.
+    ways: HashSet<u32>,
 }
 
 impl StarReader {
+    /// Forgets the owners, and the ways to them. The triangulation may change after this.
+    pub fn forget_owners(&mut self) {
+        self.circle_owners.clear();
+        self.ways.clear();
+    }
+
     /// Collects the neighbours of some vertices. These are scattered over the memory; taking one step for all vertices
     /// at a time lets the cache misses overlap.
     pub fn look_around(&mut self, delaunay: &Delaunay, vertices: &[Located<Slot>]) {
@@ -153,9 +165,12 @@ impl StarReader {
     }
 
     /// Notes the owner of the maximum on the circle of the triangle on the left of `edge`, unless the owner is
-    /// `reader`.
-    pub fn note_circle_owner(&mut self, plane: HalfEdges<'_>, edge: HalfEdge, reader: Slot) {
-        let Some(maximum) = plane.maximum_on_circle(edge) else { return };
+    /// `reader`, or was noted before.
+    fn note_circle_owner(&mut self, plane: HalfEdges<'_>, edge: HalfEdge, reader: Slot) {
+        if !self.seeks_owners {
+            return;
+        }
+        let Some(maximum) = plane.maximum_on_circle(edge, |face| self.ways.insert(face)) else { return };
         let corners = plane.corners(maximum);
         let (_, owner) = corners.into_iter().min_by_key(|corner| corner.0).expect("there are three");
         if owner != reader {

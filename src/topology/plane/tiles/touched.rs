@@ -7,7 +7,6 @@
 //! own star is unchanged.
 //! Must not know: reductions.
 
-use super::star_reader::StarReader;
 use super::tree::{NONE, TileId, Tiles};
 use crate::topology::cloud::{Position, Slot};
 use crate::topology::plane::cocircular::on_one_circle;
@@ -16,7 +15,6 @@ use crate::topology::plane::delaunay::{HalfEdge, HalfEdges, Observer};
 /// The stars that a change touches.
 #[derive(Clone, Debug, Default)]
 pub struct Touched {
-    reader: StarReader,
     around: Vec<Slot>,
     /// New vertices and their leaves.
     pub(super) leaves_of_new: Vec<(Slot, TileId)>,
@@ -66,7 +64,6 @@ impl Touched {
     pub fn clear(&mut self) {
         self.around.clear();
         self.leaves_of_new.clear();
-        self.reader.circle_owners.clear();
     }
 
     /// Notes a vertex that was inserted. Returns the number of its neighbours.
@@ -85,24 +82,22 @@ impl Touched {
 
     /// Notes a vertex that is about to be removed. Returns the number of its neighbours.
     fn note_removal(&mut self, plane: HalfEdges<'_>, out: HalfEdge) -> usize {
-        let before = self.around.len();
-        let (position, slot) = plane.origin(out);
-        let mut edge = out;
+        let (position, _) = plane.origin(out);
+        let (mut edge, mut degree) = (out, 0);
         let mut at = plane.origin(plane.twin(edge));
         loop {
             self.around.push(at.1);
+            degree += 1;
             let turned = plane.turn(edge);
             let next = plane.origin(plane.twin(turned));
             if !plane.is_outer(edge) {
-                // A circle of the vertex and of triangles that stay loses a site.
-                let link = plane.next(edge);
-                let far = plane.across(link);
-                if far.is_some_and(|far| on_one_circle(at.0, next.0, position, far.0)) {
-                    self.reader.note_circle_owner(plane, plane.twin(link), slot);
-                }
+                // A circle of the vertex and of triangles that stay loses a site. Its owner is found from the nearest
+                // of these triangles, once all changes are done: whichever corner owns that is read again.
+                let far = plane.across(plane.next(edge));
+                self.around.extend(far.filter(|far| on_one_circle(at.0, next.0, position, far.0)).map(|far| far.1));
             }
             if turned == out {
-                return self.around.len() - before;
+                return degree;
             }
             (edge, at) = (turned, next);
         }
@@ -110,6 +105,6 @@ impl Touched {
 
     /// All noted slots; may repeat, and some may be of vertices that are gone.
     pub(super) fn slots(&self) -> impl Iterator<Item = Slot> + '_ {
-        self.around.iter().chain(&self.reader.circle_owners).copied()
+        self.around.iter().copied()
     }
 }

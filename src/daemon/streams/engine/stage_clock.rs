@@ -6,12 +6,11 @@
 //!
 //! Must not know: what happens in a stage.
 
-use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use hopes::topology::Stage;
 
-use crate::daemon::locks::lock;
+use crate::daemon::locks::{Level, Lock};
 
 /// Time spent in each stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,8 +22,14 @@ pub struct StageTimes {
 }
 
 /// Measures the stages of a pipeline.
-#[derive(Debug, Default)]
-pub struct StageClock(Mutex<State>);
+#[derive(Debug)]
+pub struct StageClock(Lock<State>);
+
+impl Default for StageClock {
+    fn default() -> Self {
+        Self(Lock::new(Level::Leaf, State::default()))
+    }
+}
 
 #[derive(Debug, Default)]
 struct State {
@@ -37,7 +42,7 @@ impl StageClock {
     /// A stage begins, and the one before it ends.
     pub fn begin(&self, stage: Stage) {
         let now = Instant::now();
-        let mut state = lock(&self.0);
+        let mut state = self.0.lock();
         if let Some((before, since)) = state.current {
             let took = now - since;
             match before {
@@ -51,7 +56,7 @@ impl StageClock {
 
     /// The time spent in each stage since this was asked last.
     pub fn take(&self) -> StageTimes {
-        std::mem::take(&mut lock(&self.0).times)
+        std::mem::take(&mut self.0.lock().times)
     }
 }
 
