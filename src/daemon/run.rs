@@ -96,19 +96,22 @@ pub fn run(
         start_reader(source, Arc::clone(stream), !is_listening)?;
     }
     let outcome = wait(stop.requests(), &ended, default.filter(|_| !is_listening).as_ref());
-    let is_stopped = !matches!(outcome, Ok(ENDED));
+    let stopped = (!matches!(outcome, Ok(ENDED))).then(Instant::now);
     let outcome = entrances.close(&directory, outcome, is_listening);
     // Engines that failed while they finished have reported it by now.
     let late = ended.try_iter().find_map(|ended| ended.result.err()).map_or(Ok(()), Err);
-    let written = writer.map_or(Ok(()), |writer| join_writer(writer, is_stopped, stop.requests()));
+    let written = writer.map_or(Ok(()), |writer| join_writer(writer, stopped, stop.requests()));
     written.and(outcome).and(late.map_err(DaemonError::from))
 }
 
-/// Waits for the last frames to be written. From a request to stop on, which may have come before, it does not wait for
-/// ever: the reader of the output may have stopped too.
-fn join_writer(writer: Writer, is_stopped: bool, requests: &Receiver<&'static str>) -> Result<(), DaemonError> {
+/// Waits for the last frames to be written. It does not wait for ever once the daemon is `stopped`, which may be before
+/// or in the meantime: the reader of the output may have stopped too.
+fn join_writer(
+    writer: Writer,
+    mut stopped: Option<Instant>,
+    requests: &Receiver<&'static str>,
+) -> Result<(), DaemonError> {
     const STEP: Duration = Duration::from_millis(2);
-    let mut stopped = is_stopped.then(Instant::now);
     before_waiting("the reader of the output");
     while !writer.is_finished() {
         if stopped.is_some_and(|stopped| stopped.elapsed() > OUTPUT_PATIENCE) {

@@ -16,6 +16,7 @@ mod framing;
 mod http;
 mod listener;
 mod metrics;
+mod permits;
 mod routes;
 mod snapshot;
 mod websocket;

@@ -6,13 +6,13 @@
 //! bounded; a client that is slow to read one keeps nobody from another.
 //! Must not know: sockets, the rules of HTTP.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::assets::Assets;
 use super::documents::Documents;
 use super::http::{Body, Refusal, Request, Response};
 use super::metrics::{self, Peers};
+use super::permits::Permits;
 use super::snapshot::{self, SnapshotRequest};
 use crate::daemon::{HttpAccess, SnapshotError};
 
@@ -43,25 +43,16 @@ pub enum Reply {
 pub struct Routes {
     access: HttpAccess,
     assets: Assets,
-    /// How many snapshots are made.
-    snapshots: AtomicUsize,
+    /// Permits to make a snapshot.
+    snapshots: Permits,
     documents: Documents,
-}
-
-/// The permit to make a snapshot, until this is dropped.
-struct SnapshotPermit<'a>(&'a AtomicUsize);
-
-impl Drop for SnapshotPermit<'_> {
-    fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::AcqRel);
-    }
 }
 
 impl Routes {
     /// The resources of a daemon.
     pub fn new(access: HttpAccess) -> Self {
         let documents = Documents::new(access.account());
-        Self { access, assets: Assets::new(), snapshots: AtomicUsize::new(0), documents }
+        Self { access, assets: Assets::new(), snapshots: Permits::new(MAX_SNAPSHOTS), documents }
     }
 
     /// Whether the path is that of the WebSocket.
@@ -125,10 +116,12 @@ impl Routes {
         let bad = |text| Refusal::new(400, text);
         let name = snapshot::decoded(name).map_err(bad)?;
         let wanted = SnapshotRequest::parse(request.query.as_deref().unwrap_or_default()).map_err(bad)?;
-        let _permit = self.snapshot_permit().ok_or_else(|| {
+        let timeout = SNAPSHOT_TIMEOUT.min(self.access.limits().timeout);
+        let by = Instant::now() + timeout;
+        let _permit = self.snapshots.wait(timeout).ok_or_else(|| {
             Refusal::new(503, format!("{MAX_SNAPSHOTS} snapshots are being made, the most at a time: try again"))
         })?;
-        let timeout = SNAPSHOT_TIMEOUT.min(self.access.limits().timeout);
+        let timeout = by.saturating_duration_since(Instant::now());
         let snapshot = self.access.snapshot_once(&name, wanted.view, timeout).map_err(|error| {
             let status = match error {
                 SnapshotError::BadView(_) => 400,
@@ -140,11 +133,5 @@ impl Routes {
         let document = self.documents.get(&name, snapshot, wanted.format);
         let body = document.map_err(|error| Refusal::new(500, error.to_string()))?;
         Ok(Response::new(wanted.format.media_type(), Body::Shared(body)))
-    }
-
-    fn snapshot_permit(&self) -> Option<SnapshotPermit<'_>> {
-        let permit = SnapshotPermit(&self.snapshots);
-        // A permit above the limit is dropped, which counts down again.
-        (self.snapshots.fetch_add(1, Ordering::AcqRel) < MAX_SNAPSHOTS).then_some(permit)
     }
 }

@@ -96,7 +96,7 @@ fn a_producer_that_reads_no_answers_is_read_no_further() {
     loop {
         let some = points(&mut random, tags.len());
         let batch = Batch { sequence: sent, points: some, times: Vec::new(), tags: tags.clone() };
-        if !producer.client.try_write_for(&bytes(1, batch), Duration::from_secs(2)) {
+        if !producer.client.writes_within(&bytes(1, batch), Duration::from_secs(2)) {
             break;
         }
         sent += 1;

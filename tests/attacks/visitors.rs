@@ -5,8 +5,9 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use super::scene::{assert_ends_well, stream_of};
-use crate::common::peers::Daemon;
+use crate::common::peers::{Daemon, points};
 use crate::common::process::{eventually, hopes};
+use crate::common::random::Random;
 
 /// A daemon with a page, and where that is.
 fn with_page(options: &str) -> (Daemon, String) {
@@ -67,20 +68,24 @@ fn health_has_a_place_of_its_own() {
 
 #[test]
 fn health_tells_which_stream_does_not_answer() {
-    let (daemon, place) = with_page("");
-    let (mut producer, _) = stream_of(&daemon, "cam", 1_000);
+    const LARGE: usize = 500_000;
+    // Every frame is compared with recomputation, which takes seconds for so many points.
+    let (daemon, place) = with_page("--check");
+    let (mut producer, _) = stream_of(&daemon, "cam", 100);
     assert!(response(request(&place, "/healthz")).ends_with("ok\n"));
-    // A frame of so many points takes some seconds in this build, once somebody follows.
-    let (_large, _) = stream_of(&daemon, "large", 300_000);
-    let unwell = std::thread::scope(|scope| {
-        scope.spawn(|| drop(response(request(&place, "/api/streams/large/snapshot"))));
-        eventually("the engine is busy", || {
-            Some(response(request(&place, "/healthz"))).filter(|text| text.starts_with("HTTP/1.1 503"))
-        })
+    let mut large = daemon.producer("large");
+    for some in points(&mut Random::new(1), LARGE).chunks(10_000) {
+        let batch = large.batch(some);
+        large.is_accepted(batch, some.len());
+    }
+    let commit = large.commit();
+    let unwell = eventually("the engine is busy", || {
+        Some(response(request(&place, "/healthz"))).filter(|text| text.starts_with("HTTP/1.1 503"))
     });
     assert!(unwell.contains("stream \"large\" has not answered within 1 s"), "{unwell}");
     assert!(!unwell.contains("\"cam\""), "{unwell}");
     producer.frame(&[(0.5, 0.5)]);
+    large.is_committed(commit);
     eventually("it is well again", || response(request(&place, "/healthz")).ends_with("ok\n").then_some(()));
     assert_ends_well(daemon, None);
 }

@@ -255,14 +255,19 @@ impl Client {
         self.socket.write_all(bytes)
     }
 
-    /// Writes until everything is written, or nothing is accepted for that long. Returns false once the connection is
-    /// broken.
+    /// Writes what is accepted within that time, if anything is. Returns false once the connection is broken.
     pub fn try_write_for(&mut self, bytes: &[u8], timeout: Duration) -> bool {
         self.socket.set_write_timeout(timeout).is_ok()
             && match self.socket.write(bytes) {
                 Ok(_) => true,
                 Err(error) => matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut),
             }
+    }
+
+    /// Writes until everything is written. Returns false if nothing is accepted for that long.
+    pub fn writes_within(&mut self, bytes: &[u8], timeout: Duration) -> bool {
+        self.socket.set_write_timeout(timeout).unwrap();
+        self.socket.write_all(bytes).is_ok()
     }
 
     pub fn write(&mut self, bytes: &[u8]) {
