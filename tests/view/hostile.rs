@@ -94,11 +94,10 @@ fn clients_that_do_not_read_a_response_are_disconnected() {
         })
         .collect();
     eventually("all responses have begun", || stuck.iter().all(|client| is_answered(&client.0)).then_some(()));
-    // They hold all permits for snapshots until they are disconnected.
-    page.get("/api/streams/cam/snapshot").is_refused(503, "try again");
+    // They keep nobody from another one.
+    page.get("/api/streams/cam/snapshot").ok();
     page.get("/healthz").ok();
-    eventually("there are permits again", || (page.get("/api/streams/cam/snapshot").status == 200).then_some(()));
-    // One is disconnected by now, and the responses of the others began before that.
+    // The daemon has given them up by then.
     std::thread::sleep(Duration::from_secs(6));
     for mut client in stuck {
         let got = client.rest();

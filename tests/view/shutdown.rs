@@ -14,9 +14,11 @@ fn websocket_consumers_get_the_last_frame_and_a_goodbye() {
     producer.frame(&[(0.0, 0.0), (1.0, 0.0)]);
     let mut there = page.websocket_consumer("cam");
     there.expect_snapshot(Cause::Start);
-    // The batch is accepted but not committed; the shutdown makes a frame of it.
+    // The frame is committed, but may not be computed yet.
     let batch = producer.batch(&[(0.0, 2.0)]);
     producer.is_accepted(batch, 1);
+    let commit = producer.commit();
+    producer.is_committed(commit);
     let mut idle = page.client();
     page.daemon.running.signal(Signal::TERM);
     let Message::Diff(last) = there.next() else { panic!("the last frame is due") };
