@@ -7,6 +7,7 @@
 //! test shows mistakes of the crate that its own tests repeat.
 
 mod samples;
+#[macro_use]
 mod second;
 
 use std::path::PathBuf;
@@ -15,8 +16,40 @@ use hopes_protocol::{HEADER, Message};
 use samples::VERSIONS;
 use samples::bad::{self, crc32c, frame, long};
 use samples::files::{self, bad_folder, folder};
-use samples::json::Entry;
-use second::{Batch, Body, ListStreams, NUMBERS, again, to_bytes, to_json};
+use samples::json::{Entry, pretty};
+use second::*;
+
+/// Maps messages to JSON and back.
+macro_rules! json {
+    ($($name:ident $number:literal $body:ident,)*) => {
+        /// Reads a body and writes the JSON of its message.
+        fn to_json(number: u16, channel: u32, body: &[u8]) -> Result<String, String> {
+            match number {
+                $($number => json_of::<$body>(stringify!($name), number, channel, body),)*
+                _ => Err(format!("{number} is not known")),
+            }
+        }
+
+        /// Reads the JSON of a message and writes the bytes of its body.
+        fn to_bytes(name: &str, text: &str) -> Vec<u8> {
+            match name {
+                $(stringify!($name) => bytes_of::<$body>(text),)*
+                _ => panic!("{name} is not known"),
+            }
+        }
+    };
+}
+
+each_body!(json);
+
+fn json_of<T: Body>(name: &str, number: u16, channel: u32, body: &[u8]) -> Result<String, String> {
+    let body = T::from_bytes(body)?;
+    Ok(pretty(&Entry { name: name.into(), number, channel, body }))
+}
+
+fn bytes_of<T: Body>(text: &str) -> Vec<u8> {
+    serde_json::from_str::<Entry<T>>(text).expect("it is JSON of this type").body.to_bytes()
+}
 
 // ---- frames by hand
 

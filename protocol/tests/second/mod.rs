@@ -1,6 +1,6 @@
 //! The second codec: its own types, read and written by `wincode`. It shares no code with the crate.
 //!
-//! In: the type of a message and a body, or the JSON of a message. Out: the other; or the body as this codec writes it.
+//! In: a body. Out: the same as a value, or as this codec writes it again.
 //!
 //! Invariants: definitions follow SPEC.md.
 //!
@@ -15,8 +15,6 @@ use wincode::config::{Configuration, DefaultConfig, deserialize_exact, serialize
 use wincode::int_encoding::{LittleEndian, VarInt};
 use wincode::len::BincodeLen;
 use wincode::{SchemaRead, SchemaWrite};
-
-use crate::samples::json::{Entry, pretty};
 
 type Varint =
     Configuration<true, { wincode::config::DEFAULT_PREALLOCATION_SIZE_LIMIT }, BincodeLen, LittleEndian, VarInt>;
@@ -39,7 +37,7 @@ macro_rules! wire {
     };
 }
 
-/// Maps types of messages to bodies.
+/// Reads and writes bodies.
 macro_rules! bodies {
     ($($name:ident $number:literal $body:ident,)*) => {
         $(
@@ -57,14 +55,6 @@ macro_rules! bodies {
         /// Type and name of every message.
         pub const NUMBERS: &[(u16, &str)] = &[$(($number, stringify!($name)),)*];
 
-        /// Reads a body and writes the JSON of its message.
-        pub fn to_json(number: u16, channel: u32, body: &[u8]) -> Result<String, String> {
-            match number {
-                $($number => json_of::<$body>(stringify!($name), number, channel, body),)*
-                _ => Err(format!("{number} is not known")),
-            }
-        }
-
         /// Reads a body and writes it again.
         pub fn again(number: u16, body: &[u8]) -> Result<Vec<u8>, String> {
             match number {
@@ -72,64 +62,54 @@ macro_rules! bodies {
                 _ => Err(format!("{number} is not known")),
             }
         }
+    };
+}
 
-        /// Reads the JSON of a message and writes the bytes of its body.
-        pub fn to_bytes(name: &str, text: &str) -> Vec<u8> {
-            match name {
-                $(stringify!($name) => bytes_of::<$body>(text),)*
-                _ => panic!("{name} is not known"),
-            }
+/// Gives all messages to a macro: name, type, body.
+macro_rules! each_body {
+    ($then:ident) => {
+        $then! {
+            Hello 0x0001 Hello,
+            Welcome 0x0002 Welcome,
+            Ping 0x0003 Ping,
+            Pong 0x0004 Pong,
+            Goodbye 0x0005 Goodbye,
+            Error 0x0006 Error,
+            ListStreams 0x0007 ListStreams,
+            Streams 0x0008 Streams,
+            GetStatus 0x0009 GetStatus,
+            Status 0x000A Status,
+            Open 0x0101 Open,
+            Opened 0x0102 Opened,
+            Batch 0x0103 Batch,
+            Retract 0x0104 Retract,
+            Commit 0x0105 Commit,
+            Close 0x0106 Close,
+            Closed 0x0107 Closed,
+            Accepted 0x0108 Accepted,
+            Refused 0x0109 Refused,
+            Committed 0x010A Committed,
+            Overloaded 0x010B Overloaded,
+            Subscribe 0x0201 Subscribe,
+            ChangeView 0x0202 ChangeView,
+            Unsubscribe 0x0203 Unsubscribe,
+            StreamOpened 0x0204 StreamOpened,
+            StreamClosed 0x0205 StreamClosed,
+            Snapshot 0x0206 Snapshot,
+            Diff 0x0207 Diff,
+            Dots 0x0208 Dots,
+            Heartbeat 0x0209 Heartbeat,
+            Lagged 0x020A Lagged,
+            Resumed 0x020B Resumed,
+            Unsubscribed 0x020C Unsubscribed,
+            WantTracks 0x020D WantTracks,
+            Tracks 0x020E Tracks,
+            Elapsed 0x0F01 Elapsed,
         }
     };
 }
 
-fn json_of<T: Body>(name: &str, number: u16, channel: u32, body: &[u8]) -> Result<String, String> {
-    let body = T::from_bytes(body)?;
-    Ok(pretty(&Entry { name: name.into(), number, channel, body }))
-}
-
-fn bytes_of<T: Body>(text: &str) -> Vec<u8> {
-    serde_json::from_str::<Entry<T>>(text).expect("it is JSON of this type").body.to_bytes()
-}
-
-bodies! {
-    Hello 0x0001 Hello,
-    Welcome 0x0002 Welcome,
-    Ping 0x0003 Ping,
-    Pong 0x0004 Pong,
-    Goodbye 0x0005 Goodbye,
-    Error 0x0006 Error,
-    ListStreams 0x0007 ListStreams,
-    Streams 0x0008 Streams,
-    GetStatus 0x0009 GetStatus,
-    Status 0x000A Status,
-    Open 0x0101 Open,
-    Opened 0x0102 Opened,
-    Batch 0x0103 Batch,
-    Retract 0x0104 Retract,
-    Commit 0x0105 Commit,
-    Close 0x0106 Close,
-    Closed 0x0107 Closed,
-    Accepted 0x0108 Accepted,
-    Refused 0x0109 Refused,
-    Committed 0x010A Committed,
-    Overloaded 0x010B Overloaded,
-    Subscribe 0x0201 Subscribe,
-    ChangeView 0x0202 ChangeView,
-    Unsubscribe 0x0203 Unsubscribe,
-    StreamOpened 0x0204 StreamOpened,
-    StreamClosed 0x0205 StreamClosed,
-    Snapshot 0x0206 Snapshot,
-    Diff 0x0207 Diff,
-    Dots 0x0208 Dots,
-    Heartbeat 0x0209 Heartbeat,
-    Lagged 0x020A Lagged,
-    Resumed 0x020B Resumed,
-    Unsubscribed 0x020C Unsubscribed,
-    WantTracks 0x020D WantTracks,
-    Tracks 0x020E Tracks,
-    Elapsed 0x0F01 Elapsed,
-}
+each_body!(bodies);
 
 // ---- types shared by messages
 
