@@ -23,6 +23,7 @@ pub mod formats {
     pub mod frame_line;
     pub mod input;
     pub mod messages;
+    pub mod points;
     pub mod recording;
     pub mod short;
 
@@ -30,6 +31,16 @@ pub mod formats {
         pub mod frame;
         pub mod reader;
     }
+}
+
+/// What points are read into.
+#[path = "../../../src/daemon"]
+pub mod daemon {
+    mod streams {
+        pub mod input;
+    }
+
+    pub use streams::input::{Batch, Input};
 }
 
 #[path = "../../../src/view"]
