@@ -1,5 +1,5 @@
-//! Points as `serve` and `feed` take them, in every form: the same points, frames and errors come out however the source
-//! cuts its bytes, and however many points a batch takes.
+//! Points as `serve` and `feed` take them, in every form: the same points, frames and errors come out however the
+//! source cuts its bytes, and however many points a batch takes.
 //!
 //! The input: a byte for the form, a byte for frames and batches, four lengths of pieces, the bytes.
 #![no_main]
