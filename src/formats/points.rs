@@ -1,10 +1,10 @@
 //! Points as `serve` and `feed` read them: text, JSON lines or the bytes of the protocol, as one series of inputs.
 //!
-//! In: a file, stdin or memory.
+//! In: a file, stdin, or what a function opens.
 //! Out: [`Input`]s. Points come in batches of bounded size, each point with its place: the line that it stands on,
 //! or the byte at which its frame of the protocol begins.
 //! Invariants: points that have arrived are sent on at once when no further bytes are waiting. Nothing is left
-//! behind at the end. A sink that returns false ends the reading.
+//! behind at the end, also if that is a failure. A sink that returns false ends the reading.
 //! Must not know: where inputs go.
 
 use std::fs::File;
@@ -32,7 +32,8 @@ pub enum Form {
 pub enum Origin {
     Stdin,
     File(PathBuf),
-    Memory(&'static [u8]),
+    /// What the function opens: anything else that can be read, and read anew.
+    Opened(fn() -> Box<dyn Read>),
 }
 
 /// Reads points.
@@ -98,9 +99,13 @@ impl PointSource {
         };
         loop {
             let read = match &self.form {
-                Form::Lines(format, columns) => self.lines(*format, columns.clone(), &mut batcher, progress)?,
-                Form::Binary => self.binary(&mut batcher, progress)?,
+                Form::Lines(format, columns) => self.lines(*format, columns.clone(), &mut batcher, progress),
+                Form::Binary => self.binary(&mut batcher, progress),
             };
+            let read = read.inspect_err(|_| {
+                // What came before the failure is good. A closed sink has no use for either.
+                let _ = batcher.flush();
+            })?;
             let ended = read.and_then(|()| if self.closes_last { batcher.end() } else { batcher.flush() });
             let Ok(()) = ended else { return Ok(()) };
             if !self.loops {
@@ -115,7 +120,7 @@ impl PointSource {
     fn open(&self) -> Result<Box<dyn Read>, PointsError> {
         Ok(match &self.origin {
             Origin::Stdin => Box::new(io::stdin().lock()),
-            Origin::Memory(bytes) => Box::new(*bytes),
+            Origin::Opened(open) => open(),
             Origin::File(path) => {
                 Box::new(File::open(path).map_err(|source| PointsError::Open { path: path.clone(), source })?)
             }
@@ -267,5 +272,44 @@ impl Batcher<'_> {
 
     fn send(&mut self, input: Input) -> Result<(), Closed> {
         if (self.sink)(input) { Ok(()) } else { Err(Closed) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hopes_protocol::{Banner, Commit, VERSION, encode};
+
+    use super::*;
+
+    /// Two frames of the protocol, and then bytes that are none.
+    fn damaged() -> Vec<u8> {
+        let batch =
+            hopes_protocol::Batch { sequence: 1, points: vec![(1.0, 2.0), (3.0, 4.0)], times: vec![], tags: vec![] };
+        let mut bytes = Banner::OURS.encode().to_vec();
+        for message in [Commit { sequence: 2, time: None }.into(), batch.into()] {
+            bytes.extend(encode(VERSION, 1, &message).expect("it is short"));
+        }
+        bytes.extend([b'?'; 40]);
+        bytes
+    }
+
+    #[test]
+    fn points_before_damage_are_sent_though_they_arrived_with_it() {
+        let source = PointSource {
+            origin: Origin::Opened(|| Box::new(io::Cursor::new(damaged()))),
+            form: Form::Binary,
+            frame_points: None,
+            closes_last: true,
+            loops: false,
+            batch: 4096,
+        };
+        let mut inputs = Vec::new();
+        let mut sink = |input| {
+            inputs.push(input);
+            true
+        };
+        assert!(matches!(source.read(&mut sink, &|_| ()), Err(PointsError::Frames(RecordingError::Frame { .. }))));
+        let [Input::Commit(None), Input::Points(points)] = &inputs[..] else { panic!("{inputs:?}") };
+        assert_eq!(points.positions, [(1.0, 2.0), (3.0, 4.0)]);
     }
 }

@@ -111,7 +111,7 @@ fn batches(points: &[[f64; 2]], batch: usize) -> impl Iterator<Item = Batch> {
 
 fn play_film(batch: usize, send: &mut impl FnMut(Input) -> bool) {
     let form = Form::Lines(Format::JsonLines, Columns::default());
-    let origin = Origin::Memory(FILM);
+    let origin = Origin::Opened(|| Box::new(FILM));
     let film = PointSource { origin, form, frame_points: None, closes_last: true, loops: true, batch };
     if let Err(error) = film.read(send, &|_| ()) {
         send(Input::Failed(format!("{:#}", anyhow::Error::from(error))));
