@@ -20,6 +20,8 @@ mod joining;
 mod limits;
 #[path = "daemon/listening.rs"]
 mod listening;
+#[path = "daemon/memory.rs"]
+mod memory;
 #[path = "daemon/overload.rs"]
 mod overload;
 #[path = "daemon/refusals.rs"]

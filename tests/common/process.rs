@@ -217,6 +217,13 @@ impl Running {
         Some(peak.parse::<u64>().ok()? * 1024)
     }
 
+    /// Its resident memory in bytes, without that of files.
+    pub fn own_memory(&self) -> u64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap();
+        let own = field(&status, "RssAnon").strip_suffix("kB").unwrap().trim();
+        own.parse::<u64>().unwrap() * 1024
+    }
+
     /// The processor time it has used, in clock ticks.
     pub fn ticks(&self) -> u64 {
         let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).unwrap();

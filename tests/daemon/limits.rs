@@ -165,7 +165,7 @@ fn memory_is_limited() {
     let daemon = Daemon::start("--max-memory 1MiB");
     let mut random = Random::new(13);
     let mut producer = daemon.producer("cam");
-    producer.frame(&points(&mut random, 2000));
+    producer.frame(&points(&mut random, 20_000));
     let status = daemon.status();
     assert_eq!(status.memory_limit, 1 << 20);
     assert!(status.memory >= status.memory_limit, "{status:?}");

@@ -41,12 +41,6 @@ use crate::daemon::locks::before_waiting;
 use crate::daemon::memory::{Charge, Memory};
 use crate::daemon::settings::{Limits, StreamSettings};
 
-/// An estimate of the bytes that a vertex takes in triangulation, tiles and views, measured at a million points.
-const BYTES_OF_A_VERTEX: u64 = 900;
-
-/// An estimate of the bytes that a point of the window takes.
-const BYTES_OF_A_POINT: u64 = 40;
-
 /// The process' own input and output, for the stream that has them.
 #[derive(Debug, Default)]
 pub struct Standard {
@@ -116,7 +110,7 @@ impl Engine {
     ) -> Self {
         let EngineSettings { stream: of_stream, limits, tracking, is_checking, standard } = settings;
         let views = Views::new(Arc::clone(&stream.state), Arc::clone(&memory), &limits, tracking);
-        let uncommitted = Uncommitted::new(Arc::clone(&stream.state.accounts.queue));
+        let uncommitted = Uncommitted::new(Arc::clone(&stream.state.accounts.points));
         let (mut pipeline, clock) = (Pipeline::new(of_stream.options), Arc::new(StageClock::default()));
         let of_pipeline = Arc::clone(&clock);
         pipeline.set_stage_listener(move |stage| of_pipeline.begin(stage));
@@ -325,6 +319,6 @@ impl Engine {
         stats.points.store(points, Ordering::Relaxed);
         stats.vertices.store(vertices, Ordering::Relaxed);
         stats.computed.store(pipeline.computed(), Ordering::Relaxed);
-        self.held.set(vertices * BYTES_OF_A_VERTEX + points * BYTES_OF_A_POINT);
+        self.held.set(pipeline.bytes() as u64);
     }
 }

@@ -260,6 +260,17 @@ impl Cloud {
         self.points
     }
 
+    /// About how many bytes it takes.
+    pub fn bytes(&self) -> usize {
+        let lists = [&self.touched, &self.unreported, &self.vanished, &self.emptied, &self.free];
+        // The table is full to seven eighths at the most, and has a byte beside each slot.
+        self.places.len() * size_of::<Place>()
+            + self.by_position.capacity() * 8 / 7 * (size_of::<Slot>() + 1)
+            + lists.map(Vec::capacity).iter().sum::<usize>() * size_of::<Slot>()
+            + self.order.as_ref().map_or(0, Vec::len) * size_of::<(VertexId, Slot)>()
+            + self.queue.bytes()
+    }
+
     pub(super) fn place_of(&self, x: f64, y: f64) -> Result<Position, Refusal> {
         let position = Position::new(x, y)?;
         Ok(match self.resolution {

@@ -113,6 +113,11 @@ impl Queue {
         }
     }
 
+    /// About how many bytes the arrivals take.
+    pub fn bytes(&self) -> usize {
+        self.len() * size_of::<Arrival>()
+    }
+
     /// Removes the arrivals for which `keep` is false; `keep` is called from the oldest on.
     pub fn retain(&mut self, mut keep: impl FnMut(&Arrival) -> bool) {
         match &mut self.order {

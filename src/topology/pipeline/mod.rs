@@ -15,6 +15,7 @@ mod boundaries;
 mod check;
 mod held;
 mod holes;
+mod memory;
 mod one_pass;
 mod reach;
 mod stage;

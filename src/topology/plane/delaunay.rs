@@ -200,6 +200,14 @@ impl Default for Delaunay {
 }
 
 impl Delaunay {
+    /// The number of vertices that it has.
+    pub fn vertex_count(&self) -> usize {
+        match &self.shape {
+            Shape::Line(line) => line.len(),
+            Shape::Plane(spade) => spade.num_vertices(),
+        }
+    }
+
     /// Applies a change of the cloud in the way that is faster for the triangulation alone.
     pub fn apply(&mut self, cloud: &Cloud, change: &CloudChange) -> Update {
         self.apply_by(Self::faster(cloud, change), cloud, change, &mut ())

@@ -33,13 +33,15 @@ pub mod formats {
     }
 }
 
-/// What points are read into.
+/// What points are read into, and what counts memory.
 #[path = "../../../src/daemon"]
 pub mod daemon {
+    mod memory;
     mod streams {
         pub mod input;
     }
 
+    pub use memory::Charged;
     pub use streams::input::{Batch, Input};
 }
 

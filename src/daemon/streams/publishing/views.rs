@@ -38,6 +38,9 @@ const MOST_IDLE: usize = 8;
 /// An estimate of the bytes that a vertex takes in a snapshot, with its edges, before and after it is encoded.
 const SNAPSHOT_BYTES_OF_A_VERTEX: u64 = 100;
 
+/// What a consumer is told for which there is no room.
+const NO_MEMORY: &str = "the daemon is at its limit of memory: come back later, or allow more by --max-memory";
+
 /// Follows one view of a pipeline, frame by frame.
 #[derive(Debug)]
 pub enum ViewFollower {
@@ -303,6 +306,10 @@ impl Views {
         if !self.has_room_for(view, None) {
             return self.refuse(cursor, wire::ErrorCode::TooManyViews, &self.too_many_views());
         }
+        // The first follower has the newest frame computed.
+        if !self.makes_room_for_snapshot(pipeline) {
+            return self.refuse(cursor, wire::ErrorCode::NoMemory, NO_MEMORY);
+        }
         let epoch = self.stream.epoch;
         let watched = self.watch(view, pipeline);
         let start = match resume {
@@ -401,8 +408,7 @@ impl Views {
         let Some(of_cursor) = self.watched.iter().position(|watched| watched.has(cursor)) else { return };
         let is_known = self.watched[of_cursor].known_snapshot(cause).is_some();
         if !is_known && !self.makes_room_for_snapshot(pipeline) {
-            let text = "the daemon is at its limit of memory: come back later, or allow more by --max-memory";
-            return self.refuse(cursor, wire::ErrorCode::NoMemory, text);
+            return self.refuse(cursor, wire::ErrorCode::NoMemory, NO_MEMORY);
         }
         // Views without cursors may have gone to make room.
         let Some(watched) = self.watched.iter_mut().find(|watched| watched.has(cursor)) else { return };
@@ -411,9 +417,11 @@ impl Views {
         }
     }
 
-    /// Whether there is room for another snapshot, if need be without what can be made again.
+    /// Whether there is room for another snapshot, and for computing its frame, if need be without what can be made
+    /// again.
     fn makes_room_for_snapshot(&mut self, pipeline: &Pipeline) -> bool {
-        let needed = pipeline.vertex_count() as u64 * SNAPSHOT_BYTES_OF_A_VERTEX;
+        let of_snapshot = pipeline.vertex_count() as u64 * SNAPSHOT_BYTES_OF_A_VERTEX;
+        let needed = of_snapshot + pipeline.bytes_to_compute() as u64;
         if self.memory.has_no_room_for(needed) {
             self.relieve();
         }
