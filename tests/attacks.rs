@@ -7,6 +7,8 @@ mod ends;
 mod flood;
 #[path = "attacks/mute.rs"]
 mod mute;
+#[path = "attacks/rivals.rs"]
+mod rivals;
 #[path = "attacks/scene.rs"]
 mod scene;
 #[path = "attacks/stuck.rs"]

@@ -1,11 +1,12 @@
 //! The cost of a daemon's sockets, and a load test: `cargo run --release --example sockets --
-//! latency|ingest|bytes|soak`.
+//! latency|ingest|bytes|crowd|soak`.
 //!
 //! In: options; the program `hopes` of the same build, which is started for each run. Out: a table on stdout. The exit
 //! code is 1 if an invariant is violated.
 //!
 //! Invariants: the content of every consumer is verified by its checksum. Must not know: how the daemon works inside.
 
+mod crowd;
 mod daemon;
 mod figures;
 mod peer;
@@ -57,6 +58,8 @@ enum What {
         #[arg(long, default_value_t = 1_000)]
         replace: usize,
     },
+    /// Many consumers of one stream, with and without some that are stopped and some that flood.
+    Crowd(crowd::Crowd),
     /// Many peers, some of them badly behaved.
     Soak(soak::Soak),
 }
@@ -70,6 +73,7 @@ fn main() -> anyhow::Result<()> {
         What::Latency { points, replace, frames, rate } => figures::latency(&hopes, points, replace, frames, rate),
         What::Ingest { points } => figures::ingest(&hopes, points),
         What::Bytes { points, replace } => figures::bytes(&hopes, points, replace),
+        What::Crowd(crowd) => crowd.run(&hopes),
         What::Soak(soak) => soak.run(&hopes),
     }
 }

@@ -4,6 +4,7 @@
 //! here.
 
 use std::io::{ErrorKind, Read, Write};
+use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::Duration;
@@ -63,6 +64,49 @@ impl Peer {
     /// A clone of the socket for another thread.
     pub fn split(&self) -> anyhow::Result<UnixStream> {
         Ok(self.stream.try_clone()?)
+    }
+
+    /// The socket, to wait for.
+    pub fn socket(&self) -> BorrowedFd<'_> {
+        self.stream.as_fd()
+    }
+
+    /// Does not wait from now on, when it reads or writes.
+    pub fn set_nonblocking(&self) -> anyhow::Result<()> {
+        Ok(self.stream.set_nonblocking(true)?)
+    }
+
+    /// Reads what is there.
+    pub fn read_now(&mut self) -> anyhow::Result<()> {
+        let length = self.length_now()?;
+        self.decoder.push(&self.buffer[..length]);
+        Ok(())
+    }
+
+    /// Reads what is there, and forgets it.
+    pub fn discard_now(&mut self) -> anyhow::Result<()> {
+        self.length_now().map(drop)
+    }
+
+    /// The next message that was read.
+    pub fn next_now(&mut self) -> anyhow::Result<Option<Message>> {
+        Ok(self.decoder.frame()?.map(|frame| frame.message()).transpose()?)
+    }
+
+    /// Writes what the socket takes. Returns how much that is.
+    pub fn write_now(&mut self, bytes: &[u8]) -> anyhow::Result<usize> {
+        match self.stream.write(bytes) {
+            Err(error) if error.kind() == ErrorKind::WouldBlock => Ok(0),
+            written => Ok(written?),
+        }
+    }
+
+    fn length_now(&mut self) -> anyhow::Result<usize> {
+        match self.stream.read(&mut self.buffer) {
+            Err(error) if error.kind() == ErrorKind::WouldBlock => Ok(0),
+            Ok(0) => bail!("the daemon has hung up"),
+            read => Ok(read?),
+        }
     }
 
     fn fill(&mut self) -> anyhow::Result<()> {

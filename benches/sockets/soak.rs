@@ -163,7 +163,7 @@ struct FinalPoints {
 }
 
 fn produce(shared: &Shared, peer: usize) -> anyhow::Result<FinalPoints> {
-    let Soak { streams, rate, points, replace, .. } = shared.soak;
+    let Soak { streams, producers, rate, points, replace, .. } = shared.soak;
     let mut random = Random(peer as u64 + 1);
     let name = shared.name(peer);
     let mut daemon = Peer::connect(&shared.socket)?;
@@ -178,13 +178,10 @@ fn produce(shared: &Shared, peer: usize) -> anyhow::Result<FinalPoints> {
         let old: Vec<_> = own.drain(..own.len().saturating_sub(points)).collect();
         daemon.send(CHANNEL, Retract { sequence: sequence + 1, points: old })?;
         sequence += 2;
-        let mut unanswered = 2;
-        // One producer of each stream commits its frames.
-        if peer < streams {
-            let time = Some(shared.start.elapsed().as_secs_f64());
-            daemon.send(CHANNEL, Commit { sequence, time })?;
-            (sequence, unanswered) = (sequence + 1, 3);
-        }
+        let time = Some(shared.start.elapsed().as_secs_f64());
+        daemon.send(CHANNEL, Commit { sequence, time })?;
+        sequence += 1;
+        let mut unanswered = 3;
         while unanswered > 0 {
             match daemon.receive()?.1 {
                 Message::Accepted(_) => {}
@@ -193,7 +190,8 @@ fn produce(shared: &Shared, peer: usize) -> anyhow::Result<FinalPoints> {
             }
             unanswered -= 1;
         }
-        due += Duration::from_secs_f64(1.0 / rate);
+        // The producers of a stream commit in turn.
+        due += Duration::from_secs_f64(producers.div_ceil(streams) as f64 / rate);
         thread::sleep(due.saturating_duration_since(Instant::now()));
     }
     Ok(FinalPoints { stream: name, points: own.into_iter().collect() })

@@ -5,8 +5,8 @@
 //! Must not know: how points are parsed, what the engine does with them.
 
 use std::fs::File;
+use std::io;
 use std::num::NonZeroUsize;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context;
@@ -16,7 +16,7 @@ use hopes_protocol::{Simplify, View};
 
 use super::args::{PLACES, SocketArgs, TrackArgs, ViewArgs, duration, host_and_port, resolution, window};
 use super::{Failure, files};
-use crate::daemon::{self, BATCH, DaemonError, Feed, Input, Settings, Sink, Source, Stop, StreamSettings};
+use crate::daemon::{self, BATCH, Feed, Input, OutputFrame, Settings, Sink, Source, Stop, StreamSettings};
 use crate::formats::frame_writer::{FrameForm, FrameWriter};
 use crate::formats::input::{Columns, Format};
 use crate::formats::points::{Form, Origin, PointSource};
@@ -166,8 +166,7 @@ impl Serve {
         if input.is_some() {
             files::check_stdin()?;
         }
-        let recording = output.map(|output| self.frame_writer(output)).transpose()?;
-        let sink = recording.clone().map(|recording| -> Sink { Box::new(move |frame| lock(&recording).write(frame)) });
+        let sink = output.map(|output| self.sink(output)).transpose()?;
         let columns = self.columns.clone();
         let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
         let allow_remote = self.sockets.allow_remote;
@@ -175,18 +174,15 @@ impl Serve {
         let place = |address: &String| PageAddress { address: address.clone(), names: names.clone(), allow_remote };
         let page = address.as_ref().map(|address| Page::bind(place(address))).transpose()?;
         let stop = Stop::listen().context("cannot listen to signals")?;
-        let outcome = daemon::run(self.settings(), source, sink, page.map(Page::http), &stop);
-        let finished = recording.map_or(Ok(()), |recording| finish(&recording, &outcome));
-        outcome?;
-        Ok(finished?)
+        Ok(daemon::run(self.settings(), source, sink, page.map(Page::http), &stop)?)
     }
 
-    fn frame_writer(&self, output: OutputFormat) -> Result<Shared, Failure> {
+    fn sink(&self, output: OutputFormat) -> Result<Box<dyn Sink>, Failure> {
         let form = match output {
             OutputFormat::Jsonl => FrameForm::Lines,
             OutputFormat::Bin => FrameForm::Binary,
         };
-        Ok(Arc::new(Mutex::new(FrameWriter::new(form, self.track_list, files::stdout()?))))
+        Ok(Box::new(Frames(FrameWriter::new(form, self.track_list, files::stdout()?))))
     }
 
     fn settings(self) -> Settings {
@@ -210,22 +206,22 @@ impl Serve {
     }
 }
 
-/// What the daemon's writer writes, and this at the end.
-type Shared = Arc<Mutex<FrameWriter<File>>>;
+/// The frames on stdout.
+struct Frames(FrameWriter<File>);
 
-fn lock(writer: &Shared) -> MutexGuard<'_, FrameWriter<File>> {
-    writer.lock().unwrap_or_else(PoisonError::into_inner)
-}
+impl Sink for Frames {
+    fn write(&mut self, frame: OutputFrame) -> io::Result<()> {
+        self.0.write(frame)
+    }
 
-/// Writes the end, with the reason, unless frames could not be written or there never were any.
-fn finish(writer: &Shared, outcome: &Result<(), DaemonError>) -> anyhow::Result<()> {
-    let reason = match outcome {
-        Err(DaemonError::Sink(_)) => return Ok(()),
-        Err(_) if !lock(writer).has_begun() => return Ok(()),
-        Err(error) => error.to_string(),
-        Ok(()) => "the daemon has ended".to_owned(),
-    };
-    lock(writer).finish(&reason).context("cannot write frames")
+    /// A failure before anything was written leaves nothing.
+    fn finish(&mut self, failure: Option<&str>) -> io::Result<()> {
+        match failure {
+            Some(_) if !self.0.has_begun() => Ok(()),
+            Some(failure) => self.0.finish(failure),
+            None => self.0.finish("the daemon has ended"),
+        }
+    }
 }
 
 fn read_stdin(input: InputFormat, columns: Columns, feed: &Feed) {

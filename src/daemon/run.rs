@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, bounded, select, unbounded};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded, select, unbounded};
 
 use super::connections::listener::Listener;
 use super::connections::registry::Registry;
@@ -56,11 +56,27 @@ impl Feed {
 /// Reads the process' input to its end, on a thread of its own.
 pub type Source = Box<dyn FnOnce(&Feed) + Send>;
 
-/// Writes the frames of the default stream, one at a time, on a thread of its own. Its first error ends the daemon.
-pub type Sink = Box<dyn FnMut(OutputFrame) -> io::Result<()> + Send>;
+/// Takes the frames of the default stream, on a thread of its own. Its first error ends the daemon.
+pub trait Sink: Send {
+    /// Writes a frame.
+    ///
+    /// # Errors
+    /// Those of writing.
+    fn write(&mut self, frame: OutputFrame) -> io::Result<()>;
+
+    /// Writes the end, after the last frame and with the failure that it comes from, if any.
+    ///
+    /// # Errors
+    /// Those of writing.
+    fn finish(&mut self, failure: Option<&str>) -> io::Result<()>;
+}
 
 /// The thread that writes frames to the sink.
-type Writer = JoinHandle<io::Result<()>>;
+struct Writer {
+    thread: JoinHandle<io::Result<()>>,
+    /// Takes how the daemon ends: the failure, if any.
+    end: Sender<Option<String>>,
+}
 
 /// Serves until it is asked to stop or something fails; without an address to listen at and without HTTP, until the
 /// source ends.
@@ -73,7 +89,7 @@ type Writer = JoinHandle<io::Result<()>>;
 pub fn run(
     settings: Settings,
     source: Option<Source>,
-    sink: Option<Sink>,
+    sink: Option<Box<dyn Sink>>,
     http: Option<StartHttp>,
     stop: &Stop,
 ) -> Result<(), DaemonError> {
@@ -100,18 +116,23 @@ pub fn run(
     let outcome = entrances.close(&directory, outcome, is_listening);
     // Engines that failed while they finished have reported it by now.
     let late = ended.try_iter().find_map(|ended| ended.result.err()).map_or(Ok(()), Err);
-    let written = writer.map_or(Ok(()), |writer| join_writer(writer, stopped, stop.requests()));
-    written.and(outcome).and(late.map_err(DaemonError::from))
+    let outcome = outcome.and(late.map_err(DaemonError::from));
+    let failure = outcome.as_ref().err().map(ToString::to_string);
+    let written = writer.map_or(Ok(()), |writer| join_writer(writer, failure, stopped, stop.requests()));
+    written.and(outcome)
 }
 
 /// Waits for the last frames to be written. It does not wait for ever once the daemon is `stopped`, which may be before
 /// or in the meantime: the reader of the output may have stopped too.
 fn join_writer(
-    writer: Writer,
+    Writer { thread: writer, end }: Writer,
+    failure: Option<String>,
     mut stopped: Option<Instant>,
     requests: &Receiver<&'static str>,
 ) -> Result<(), DaemonError> {
     const STEP: Duration = Duration::from_millis(2);
+    // It takes one, and is gone if it has failed.
+    let _ = end.try_send(failure);
     before_waiting("the reader of the output");
     while !writer.is_finished() {
         if stopped.is_some_and(|stopped| stopped.elapsed() > OUTPUT_PATIENCE) {
@@ -131,13 +152,17 @@ fn named(name: &str) -> thread::Builder {
 }
 
 fn start_writer(
-    sink: Option<Sink>,
+    sink: Option<Box<dyn Sink>>,
     settings: &Settings,
     is_listening: bool,
 ) -> Result<(Option<Output>, Option<Writer>), DaemonError> {
-    let Some(sink) = sink else { return Ok((None, None)) };
-    let (frames, written) = bounded(FRAMES);
-    let writer = named("writer").spawn(move || written.into_iter().try_for_each(sink)).map_err(DaemonError::Start)?;
+    let Some(mut sink) = sink else { return Ok((None, None)) };
+    let ((frames, written), (end, ended)) = (bounded(FRAMES), bounded::<Option<String>>(1));
+    let write = move || {
+        written.into_iter().try_for_each(|frame| sink.write(frame))?;
+        ended.recv().map_or(Ok(()), |failure| sink.finish(failure.as_deref()))
+    };
+    let writer = Writer { thread: named("writer").spawn(write).map_err(DaemonError::Start)?, end };
     Ok((Some(Output { view: settings.view, frames, is_vital: !is_listening }), Some(writer)))
 }
 

@@ -45,12 +45,14 @@ fn a_websocket_is_read_only() {
     let mut producer = page.daemon.producer("cam");
     producer.frame(&[(0.0, 0.0)]);
     let mut websocket = page.websocket();
-    let messages: [Message; 5] = [
+    let messages: [Message; 7] = [
         open("cam").into(),
         Batch { sequence: 1, points: vec![(1.0, 1.0)], times: vec![], tags: vec![] }.into(),
         Retract { sequence: 2, points: vec![(0.0, 0.0)] }.into(),
         Commit { sequence: 3, time: None }.into(),
         Close { end: true }.into(),
+        StopStream { name: "cam".to_owned() }.into(),
+        Disconnect { peer: 1 }.into(),
     ];
     for message in messages {
         websocket.send(5, message.clone());
@@ -61,7 +63,7 @@ fn a_websocket_is_read_only() {
     // All other messages are answered.
     assert_eq!(websocket.list("*").len(), 1);
     let status = websocket.status();
-    assert_eq!((status.refused_messages, status.streams[0].info.frame, status.streams[0].info.points), (5, 1, 1));
+    assert_eq!((status.refused_messages, status.streams[0].info.frame, status.streams[0].info.points), (7, 1, 1));
     websocket.send(7, subscribe("cam", FULL));
     assert!(matches!(websocket.receive_on(7), Message::StreamOpened(_)));
     page.daemon.stop();

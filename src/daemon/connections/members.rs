@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 use hopes_protocol as wire;
 
 use super::connection::Connection;
+use super::control_pace::ControlPool;
 use crate::daemon::locks::{Guard, Level, Lock, before_waiting};
 
 /// A connection and its threads.
@@ -35,6 +36,8 @@ pub struct Members {
     state: Lock<State>,
     /// Peers that were cut off.
     cut_off: AtomicU64,
+    /// What they ask beyond what is their own.
+    pub control_pool: ControlPool,
 }
 
 #[derive(Default)]
@@ -58,7 +61,11 @@ pub enum Place {
 
 impl Default for Members {
     fn default() -> Self {
-        Self { state: Lock::new(Level::Members, State::default()), cut_off: AtomicU64::new(0) }
+        Self {
+            state: Lock::new(Level::Members, State::default()),
+            cut_off: AtomicU64::new(0),
+            control_pool: ControlPool::new(Instant::now()),
+        }
     }
 }
 

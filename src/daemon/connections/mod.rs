@@ -14,6 +14,7 @@
 
 mod administration;
 pub mod connection;
+pub mod control_pace;
 pub mod listener;
 pub mod members;
 pub mod outbox;

@@ -14,8 +14,10 @@ use std::time::{Duration, Instant};
 use hopes_protocol::{self as wire, ErrorCode, Message};
 
 use super::connection::Connection;
+use super::control_pace::{ControlPace, REST, SNAPSHOT};
 use super::members::Members;
 use super::session::Session;
+use crate::daemon::locks::before_waiting;
 use crate::daemon::memory::Charge;
 use crate::daemon::report::report;
 use crate::daemon::settings::Limits;
@@ -50,11 +52,13 @@ enum End {
 pub fn run(directory: &Arc<Directory>, members: &Arc<Members>, connection: &Arc<Connection>) {
     let mut reader = Reader {
         limits: &directory.limits,
+        members,
         connection,
         session: Session::new(directory, members, connection),
         held: connection.consumer.account.charge(0),
         decoder: wire::Decoder::new(directory.limits.largest_frame),
         began: Instant::now(),
+        pace: ControlPace::new(Instant::now()),
         has_banner: false,
     };
     let end = reader.read();
@@ -86,6 +90,7 @@ pub fn run(directory: &Arc<Directory>, members: &Arc<Members>, connection: &Arc<
 
 struct Reader<'a> {
     limits: &'a Limits,
+    members: &'a Members,
     connection: &'a Arc<Connection>,
     session: Session<'a>,
     /// What messages take that have not come as a whole.
@@ -93,6 +98,7 @@ struct Reader<'a> {
     decoder: wire::Decoder,
     /// When the frame that has not come as a whole began.
     began: Instant,
+    pace: ControlPace,
     has_banner: bool,
 }
 
@@ -168,7 +174,9 @@ impl Reader<'_> {
                 return Err(End::Polite);
             }
             self.check_place()?;
-            match frame.message() {
+            let message = frame.message();
+            self.keep_pace(&message)?;
+            match message {
                 Ok(Message::Goodbye(_)) => return Err(End::Polite),
                 Ok(message) => self.session.take(frame.channel, frame.kind, message, pending),
                 Err(error) => {
@@ -182,6 +190,24 @@ impl Reader<'_> {
             self.connection.note_received(0);
         }
         self.check_place()
+    }
+
+    /// Counts a control message, and waits while the peer is ahead with them.
+    fn keep_pace(&mut self, message: &Result<Message, wire::BodyError>) -> Result<(), End> {
+        let counts_for = match message {
+            Ok(Message::Batch(_) | Message::Retract(_) | Message::Commit(_)) => return Ok(()),
+            Ok(Message::Subscribe(_) | Message::ChangeView(_)) => SNAPSHOT,
+            _ => 1.0,
+        };
+        while !self.pace.takes(counts_for, &self.members.control_pool, Instant::now()) {
+            before_waiting("a peer that asks too much");
+            std::thread::sleep(REST);
+            self.connection.note_received(0);
+            if self.connection.is_ending() || self.connection.is_cut_off() {
+                return Err(End::Polite);
+            }
+        }
+        Ok(())
     }
 
     /// Above the limit of connections there is one, for administration only.

@@ -254,15 +254,18 @@ impl Engine {
         self.stream.state.stats.set_frame(number);
         let begun = Instant::now();
         let tracks = self.views.publish_tracks(&mut self.pipeline, self.output.is_some());
-        let computed = begun.elapsed() + self.views.publish(&mut self.pipeline, rejected);
-        tracing::trace!("stream {:?}: frame {number} took {:?}", self.stream.state.name, fed + computed);
+        self.views.publish(&mut self.pipeline, rejected);
         let published = begun.elapsed();
         if self.is_checking {
             self.check()?;
         }
         self.note_times(fed, published);
         self.update_stats();
-        self.write_output(rejected, tracks);
+        let frame = self.output_frame(rejected, tracks);
+        tracing::trace!("stream {:?}: frame {number} took {:?}", self.stream.state.name, fed + begun.elapsed());
+        if let Some(frame) = frame {
+            self.write_output(frame, number);
+        }
         Ok(())
     }
 
@@ -283,13 +286,18 @@ impl Engine {
         times.total.observe((fed + computed + publishing).as_secs_f64());
     }
 
-    /// Hands a frame to the output. While its reader is behind, no points are taken, but consumers are served.
-    fn write_output(&mut self, rejected: u64, tracks: Option<Arc<TrackFrame>>) {
-        let Some((output, follower)) = &mut self.output else { return };
-        let Some(step) = follower.poll(&mut self.pipeline) else { return };
+    /// The frame for the output, if there is one.
+    fn output_frame(&mut self, rejected: u64, tracks: Option<Arc<TrackFrame>>) -> Option<OutputFrame> {
+        let (output, follower) = self.output.as_mut()?;
+        let step = follower.poll(&mut self.pipeline)?;
         let diff = convert::diff(self.stream.state.number, output.view, &step, rejected);
+        Some(OutputFrame { diff, tracks })
+    }
+
+    /// Hands a frame to the output. While its reader is behind, no points are taken, but consumers are served.
+    fn write_output(&mut self, mut frame: OutputFrame, number: u64) {
+        let Some((output, _)) = &self.output else { return };
         let (is_vital, output) = (output.is_vital, output.clone());
-        let mut frame = OutputFrame { diff, tracks };
         loop {
             let resting = self.serve_requests();
             match output.send(frame, &self.wakes, resting, self.stream.end_by()) {
@@ -297,7 +305,7 @@ impl Engine {
                 Sent::NotYet(waiting) => frame = *waiting,
                 // The reader has gone; the writer's thread says why.
                 Sent::Gone => return (self.is_over, self.output) = (is_vital, None),
-                Sent::TooLate => return (self.unread, self.output) = (Some(step.number), None),
+                Sent::TooLate => return (self.unread, self.output) = (Some(number), None),
             }
         }
     }

@@ -196,6 +196,7 @@ impl Engine {
     }
 
     fn stage_retractions(&mut self, reply: &mut BatchReply, batch: &Batch, reply_to: &ReplyTo) {
+        let begun = Instant::now();
         let source = self.uncommitted.of(reply_to.sink());
         for (index, &(x, y)) in batch.positions.iter().enumerate() {
             match self.pipeline.stage_retraction(&mut source.staging, x, y) {
@@ -207,14 +208,17 @@ impl Engine {
             }
         }
         source.note_size();
+        self.worked += begun.elapsed();
     }
 
     fn retract_now(&mut self, reply: &mut BatchReply, batch: &Batch) -> Result<(), EngineError> {
         self.pending = true;
+        let begun = Instant::now();
         for (index, &(x, y)) in batch.positions.iter().enumerate() {
             let retracted = self.pipeline.feed_retraction(x, y).map(|()| VertexId(0)).map_err(RefusalReason::Refused);
             self.note(reply, batch, index, retracted)?;
         }
+        self.worked += begun.elapsed();
         Ok(())
     }
 

@@ -10,7 +10,7 @@
 use std::time::Duration;
 
 /// What requests may have in advance.
-const MOST: i128 = Duration::from_millis(10).as_nanos() as i128;
+const MOST: i128 = Duration::from_millis(2).as_nanos() as i128;
 
 /// Counts the time of requests against that of points.
 #[derive(Clone, Copy, Debug)]

@@ -267,17 +267,14 @@ impl Views {
         Some(frame)
     }
 
-    /// Publishes the newest frame in all views. Returns the time that computing them took, without publishing.
-    pub fn publish(&mut self, pipeline: &mut Pipeline, rejected: u64) -> Duration {
+    /// Publishes the newest frame in all views.
+    pub fn publish(&mut self, pipeline: &mut Pipeline, rejected: u64) {
         (self.rejected, self.once) = (rejected, None);
-        let (mut took, history) = (Duration::ZERO, self.history());
+        let history = self.history();
         self.watched.retain(|watched| watched.idle_since.is_none_or(|since| since.elapsed() < KEPT));
         for watched in &mut self.watched {
             watched.snapshots.clear();
-            let begun = Instant::now();
-            let step = watched.follower.poll(pipeline);
-            took += begun.elapsed();
-            let Some(step) = step else { continue };
+            let Some(step) = watched.follower.poll(pipeline) else { continue };
             if let Some(entry) = entry(&self.stream, watched.log.view, step, rejected) {
                 watched.log.publish(entry, history);
             }
@@ -287,7 +284,6 @@ impl Views {
             self.send_awaited(&cursor, pipeline);
         }
         self.wake_all();
-        took
     }
 
     /// Closes all cursors after the stream's last frame.
