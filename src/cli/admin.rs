@@ -2,7 +2,7 @@
 //!
 //! In: an address, and what is asked.
 //! Out: the daemon's answers, as tables or as JSON.
-//! Invariants: nothing is written before all answers are there.
+//! Invariants: nothing is asked if there is no stdout. Nothing is written before all answers are there.
 //! Must not know: how the daemon is asked.
 
 pub mod disconnect;
@@ -10,6 +10,7 @@ pub mod status;
 pub mod stop_stream;
 mod tables;
 
+use std::fs::File;
 use std::io::Write;
 
 use anyhow::Context;
@@ -25,16 +26,16 @@ fn write_line(out: &mut Vec<u8>, answer: &impl Serialize) -> Result<(), Failure>
 }
 
 /// Writes an answer to stdout: as one line of JSON, or as it is said to people.
-fn show(is_json: bool, answer: &impl Serialize, words: &str) -> Result<(), Failure> {
+fn show(out: File, is_json: bool, answer: &impl Serialize, words: &str) -> Result<(), Failure> {
     let mut text = Vec::new();
     if is_json {
         write_line(&mut text, answer)?;
     } else {
         text.extend(format!("{words}\n").into_bytes());
     }
-    write_out(&text)
+    write_out(out, &text)
 }
 
-fn write_out(text: &[u8]) -> Result<(), Failure> {
-    Ok(files::stdout()?.write_all(text).context(files::CANNOT_WRITE_TO_STDOUT)?)
+fn write_out(mut out: File, text: &[u8]) -> Result<(), Failure> {
+    Ok(out.write_all(text).context(files::CANNOT_WRITE_TO_STDOUT)?)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use hopes_protocol::{Cut, Snapshot};
+use hopes_protocol::{Cause, Cut, Snapshot};
 use serde_json::{Value, json};
 
 use super::page::Page;
@@ -108,7 +108,8 @@ fn the_response_to_head_has_no_body() {
 #[test]
 fn health_status_and_metrics_are_those_of_the_daemon() {
     let page = with_square("a \"b\\ c");
-    let _consumer = page.daemon.consumer("a*", FULL);
+    let mut consumer = page.daemon.consumer("a*", FULL);
+    consumer.expect_snapshot(Cause::Start);
     assert_eq!(page.get("/healthz").ok(), b"ok\n");
     let json = eventually("the consumer is counted", || {
         let json = page.get("/api/streams").json();

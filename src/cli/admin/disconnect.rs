@@ -7,8 +7,8 @@
 use clap::Args;
 
 use super::show;
-use crate::cli::Failure;
 use crate::cli::args::Connect;
+use crate::cli::{Failure, files};
 use crate::client::admin::Admin;
 
 /// End the connection of a peer of a daemon.
@@ -32,9 +32,10 @@ pub struct Disconnect {
 
 impl Disconnect {
     pub fn run(self) -> Result<(), Failure> {
+        let out = files::stdout()?;
         let mut admin = Admin::connect(&self.daemon.connect)?;
         let disconnected = admin.disconnect(self.peer)?;
         admin.end();
-        show(self.json, &disconnected, &format!("peer {} is disconnected", disconnected.peer))
+        show(out, self.json, &disconnected, &format!("peer {} is disconnected", disconnected.peer))
     }
 }

@@ -13,8 +13,8 @@ use hopes_protocol::{Memory, Peers, Status as Numbers};
 
 use super::tables::{write_memory, write_peers, write_streams};
 use super::{write_line, write_out};
-use crate::cli::Failure;
 use crate::cli::args::Connect;
+use crate::cli::{Failure, files};
 use crate::client::admin::{Admin, AdminError};
 
 /// Show a daemon's streams: who feeds and follows them, points, memory, what was refused, dropped or merged.
@@ -46,6 +46,7 @@ struct Answers {
 
 impl Status {
     pub fn run(self) -> Result<(), Failure> {
+        let out = files::stdout()?;
         let answers = self.ask()?;
         let mut text = Vec::new();
         if self.json {
@@ -53,7 +54,7 @@ impl Status {
         } else {
             answers.write_tables(&mut text).context("cannot write the table")?;
         }
-        write_out(&text)
+        write_out(out, &text)
     }
 
     fn ask(&self) -> Result<Answers, AdminError> {

@@ -7,8 +7,8 @@
 use clap::Args;
 
 use super::show;
-use crate::cli::Failure;
 use crate::cli::args::{Connect, name};
+use crate::cli::{Failure, files};
 use crate::client::admin::Admin;
 
 /// End a stream of a daemon, for all that feed or follow it.
@@ -32,11 +32,12 @@ pub struct StopStream {
 
 impl StopStream {
     pub fn run(self) -> Result<(), Failure> {
+        let out = files::stdout()?;
         let mut admin = Admin::connect(&self.daemon.connect)?;
         let stopped = admin.stop_stream(&self.name)?;
         admin.end();
         // The name is the one that was given: it has no control character.
         let words = format!("stream {} has ended after frame {}", self.name, stopped.frame);
-        show(self.json, &stopped, &words)
+        show(out, self.json, &stopped, &words)
     }
 }
