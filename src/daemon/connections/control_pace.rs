@@ -2,9 +2,9 @@
 //!
 //! In: each such message. Out: whether the peer has to rest before the next bytes are read.
 //!
-//! Invariants: a peer may send many at once, and then so many a second. What all peers send beyond that comes out of one
-//! pool, so that a single one that floods is taken at a good pace, and a hundred together take no more than it. What is
-//! not taken stays in the peer's own socket.
+//! Invariants: a peer may send many at once, and then so many a second. What all peers send beyond that comes out of
+//! one pool: a single flood is taken at a good pace, and a hundred together take no more than it. What is not taken
+//! stays in the peer's own socket.
 //!
 //! Must not know: what messages ask for.
 
