@@ -41,9 +41,10 @@ pub struct Compute {
     /// How the points are written.
     #[arg(long, value_enum, default_value_t)]
     input: Input,
-    /// Columns of a table, by number from 1 or by name in the header.
-    #[arg(long, value_name = "X,Y", default_value = "1,2")]
-    columns: Columns,
+    /// Columns of a table, by number from 1 or by name in the header [default: what the header calls x and y, or lon and
+    /// lat; else 1,2].
+    #[arg(long, value_name = "X,Y")]
+    columns: Option<Columns>,
     /// Snap positions to a grid of this step.
     #[arg(long, value_name = "STEP", value_parser = resolution)]
     resolution: Option<f64>,
@@ -173,7 +174,7 @@ impl Compute {
                 Input::Text => Some(Format::Text),
                 Input::Jsonl => Some(Format::JsonLines),
             },
-            columns: self.columns.clone(),
+            columns: self.columns.clone().unwrap_or_default(),
             resolution: self.resolution,
         }
     }

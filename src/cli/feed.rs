@@ -52,9 +52,10 @@ pub struct Feed {
     /// How points are written.
     #[arg(long, value_enum, default_value_t)]
     input: InputFormat,
-    /// Columns of a table, by number from 1 or by name in the header; a third one is the event time.
-    #[arg(long, value_name = "X,Y[,T]", default_value = "1,2")]
-    columns: Columns,
+    /// Columns of a table, by number from 1 or by name in the header; a third one is the event time [default: what the
+    /// header calls x and y, or lon and lat, and with --window time:T also t or time; else 1,2].
+    #[arg(long, value_name = "X,Y[,T]")]
+    columns: Option<Columns>,
     /// Close at most so many frames a second.
     #[arg(long, value_name = "FPS", value_parser = rate)]
     rate: Option<f64>,
@@ -71,8 +72,10 @@ pub struct Feed {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum InputFormat {
-    /// A table: comma, semicolon, tab or blank separated.
+    /// By the file's name, else its first bytes: text or JSON lines.
     #[default]
+    Auto,
+    /// A table: comma, semicolon, tab or blank separated.
     Text,
     /// JSON lines.
     Jsonl,
@@ -123,12 +126,18 @@ impl Feed {
         Ok(inputs)
     }
 
+    fn columns(&self) -> Columns {
+        let wants_time = matches!(self.window, Some(hopes::topology::Window::Time(_)));
+        self.columns.clone().unwrap_or_default().with_times(wants_time)
+    }
+
     fn source(&self, batch: usize) -> PointSource {
         PointSource {
             origin: if files::is_pipe(&self.file) { Origin::Stdin } else { Origin::File(self.file.clone()) },
             form: match self.input {
-                InputFormat::Text => Form::Lines(Format::Text, self.columns.clone()),
-                InputFormat::Jsonl => Form::Lines(Format::JsonLines, self.columns.clone()),
+                InputFormat::Auto => Form::Lines(None, self.columns()),
+                InputFormat::Text => Form::Lines(Some(Format::Text), self.columns()),
+                InputFormat::Jsonl => Form::Lines(Some(Format::JsonLines), self.columns()),
                 InputFormat::Bin => Form::Binary,
             },
             frame_points: self.frame_points,

@@ -31,12 +31,13 @@ use crate::view::{Page, PageAddress};
 #[command(group = ArgGroup::new(PLACES).multiple(true))]
 #[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{BEHAVIOUR}\n\n{KEYS}"))]
 pub struct Serve {
-    /// How points are written on stdin [default: text]. With --listen, stdin is read only if this is given.
+    /// How points are written on stdin [default: auto]. With --listen, stdin is read only if this is given.
     #[arg(long, value_enum)]
     input: Option<InputFormat>,
-    /// Columns of a table, by number from 1 or by name in the header; a third one is the event time.
-    #[arg(long, value_name = "X,Y[,T]", default_value = "1,2")]
-    columns: Columns,
+    /// Columns of a table, by number from 1 or by name in the header; a third one is the event time [default: what the
+    /// header calls x and y, or lon and lat, and with --window time:T also t or time; else 1,2].
+    #[arg(long, value_name = "X,Y[,T]")]
+    columns: Option<Columns>,
     /// Which points stay: all, points:N, frames:N or time:T.
     ///
     /// all: until they are retracted. points:N: the last N. frames:N: those of the last N frames; with N = 1 every
@@ -139,8 +140,10 @@ with the larger death keeps the id; where two become one, the one with the large
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum InputFormat {
-    /// A table: comma, semicolon, tab or blank separated.
+    /// By the file's name, else its first bytes: text or JSON lines.
     #[default]
+    Auto,
+    /// A table: comma, semicolon, tab or blank separated.
     Text,
     /// JSON lines: [x,y], [x,y,t], {"x":..,"y":..,"t":..}, {"points":[[x,y],...],"t":..}, {"retract":[[x,y],...]},
     /// {"commit":true,"time":t}.
@@ -167,7 +170,8 @@ impl Serve {
             files::check_stdin()?;
         }
         let sink = output.map(|output| self.sink(output)).transpose()?;
-        let columns = self.columns.clone();
+        let wants_time = matches!(self.window, hopes::topology::Window::Time(_));
+        let columns = self.columns.clone().unwrap_or_default().with_times(wants_time);
         let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
         let allow_remote = self.sockets.allow_remote;
         let PageArgs { address, names } = &self.page;
@@ -226,8 +230,9 @@ impl Sink for Frames {
 
 fn read_stdin(input: InputFormat, columns: Columns, feed: &Feed) {
     let form = match input {
-        InputFormat::Text => Form::Lines(Format::Text, columns),
-        InputFormat::Jsonl => Form::Lines(Format::JsonLines, columns),
+        InputFormat::Auto => Form::Lines(None, columns),
+        InputFormat::Text => Form::Lines(Some(Format::Text), columns),
+        InputFormat::Jsonl => Form::Lines(Some(Format::JsonLines), columns),
         InputFormat::Bin => Form::Binary,
     };
     let origin = Origin::Stdin;

@@ -14,15 +14,15 @@ use std::path::PathBuf;
 use hopes_protocol::Message;
 use thiserror::Error;
 
-use super::input::{Columns, Format, Limits, ReadError, Reader, Record};
+use super::input::{Columns, Format, Limits, ReadError, Reader, Record, sniffed};
 use super::recording::{Frames, Next, RecordingError};
 use crate::daemon::{Batch, Input};
 
 /// How the points are written.
 #[derive(Clone, Debug)]
 pub enum Form {
-    /// Lines.
-    Lines(Format, Columns),
+    /// Lines; without a format, by the file's name or first bytes.
+    Lines(Option<Format>, Columns),
     /// Frames of the protocol.
     Binary,
 }
@@ -127,14 +127,33 @@ impl PointSource {
         })
     }
 
+    fn name(&self) -> String {
+        match &self.origin {
+            Origin::File(path) => path.display().to_string(),
+            Origin::Stdin | Origin::Opened(_) => "stdin".to_owned(),
+        }
+    }
+
+    fn with_format(&self, format: Option<Format>) -> Result<(Format, Box<dyn Read>), PointsError> {
+        let source = self.open()?;
+        if let Some(format) = format {
+            return Ok((format, source));
+        }
+        let path = if let Origin::File(path) = &self.origin { Some(path.as_path()) } else { None };
+        let failed = |source| PointsError::Read(ReadError::Io { line: 1, source });
+        let (format, source) = sniffed(path, source).map_err(failed)?;
+        Ok((format, Box::new(source)))
+    }
+
     fn lines(
         &self,
-        format: Format,
+        format: Option<Format>,
         columns: Columns,
         batcher: &mut Batcher<'_>,
         progress: &dyn Fn(u64),
     ) -> Result<Result<(), Closed>, PointsError> {
-        let mut reader = Reader::new(self.open()?, format, columns, Limits::default());
+        let (format, source) = self.with_format(format)?;
+        let mut reader = Reader::new(source, format, columns, Limits::default());
         loop {
             let line = reader.line() + 1;
             let sent = match reader.next_record().map_err(PointsError::Read)? {
@@ -148,6 +167,9 @@ impl PointSource {
                 Some(Record::Nothing) => Ok(()),
                 Some(Record::Bad(bad)) => batcher.report_error(bad.to_string()),
             };
+            if let Some(choice) = reader.take_choice() {
+                tracing::info!("{}: {choice}", self.name());
+            }
             // Nothing waits here while the source has no further bytes.
             let flushed = if reader.is_ready() { Ok(()) } else { batcher.flush() };
             if sent.and(flushed).is_err() {

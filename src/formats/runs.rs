@@ -9,13 +9,13 @@
 
 use std::fmt::Display;
 use std::fs::File;
-use std::io::{self, Cursor, Read};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use hopes::topology::{CoordinateError, Pipeline, Position, Refusal};
 use thiserror::Error;
 
-use super::input::{Columns, Format, Limits, ReadError, Reader, Record};
+use super::input::{Columns, Format, Limits, ReadError, Reader, Record, sniffed};
 
 /// Where points come from.
 pub struct RunSource {
@@ -28,9 +28,6 @@ pub struct RunSource {
     /// Grid that positions snap to.
     pub resolution: Option<f64>,
 }
-
-/// How many bytes the form is guessed from.
-const SNIFFED: u64 = 4096;
 
 /// Points of one run, at most.
 const LONGEST: usize = 16_384;
@@ -103,6 +100,9 @@ impl RunSource {
                 Some(Record::Commit { .. } | Record::Blank | Record::Nothing) => Ok(()),
                 Some(Record::Bad(bad)) => gatherer.report_error(&bad),
             };
+            if let Some(choice) = reader.take_choice() {
+                tracing::info!("{}: {choice}", self.file.display());
+            }
             let announced = if line == SAMPLE { gatherer.announce(reader.bytes_read(), length) } else { Ok(()) };
             // Nothing waits here while the source has no further bytes.
             let flushed = if reader.is_ready() { Ok(()) } else { gatherer.flush() };
@@ -135,7 +135,7 @@ impl RunSource {
     fn open(&self) -> Result<(Format, Box<dyn Read>), RunsError> {
         let is_stdin = self.file == Path::new("-");
         let path = || self.file.clone();
-        let mut source: Box<dyn Read> = if is_stdin {
+        let source: Box<dyn Read> = if is_stdin {
             Box::new(io::stdin().lock())
         } else {
             Box::new(File::open(&self.file).map_err(|source| RunsError::Open { path: path(), source })?)
@@ -143,13 +143,9 @@ impl RunSource {
         if let Some(format) = self.format {
             return Ok((format, source));
         }
-        // A pipe may bring its first bytes one by one.
-        let mut first = Vec::new();
-        let read = source.by_ref().take(SNIFFED).read_to_end(&mut first);
-        let read = read.map_err(|source| RunsError::Begin { path: path(), source })? as u64;
-        let format = Format::sniff((!is_stdin).then_some(self.file.as_path()), &first);
-        let first = Cursor::new(first);
-        Ok((format, if read < SNIFFED { Box::new(first) } else { Box::new(first.chain(source)) }))
+        let sniffed = sniffed((!is_stdin).then_some(self.file.as_path()), source);
+        let (format, source) = sniffed.map_err(|source| RunsError::Begin { path: path(), source })?;
+        Ok((format, Box::new(source)))
     }
 }
 

@@ -110,7 +110,7 @@ fn batches(points: &[[f64; 2]], batch: usize) -> impl Iterator<Item = Batch> {
 }
 
 fn play_film(batch: usize, send: &mut impl FnMut(Input) -> bool) {
-    let form = Form::Lines(Format::JsonLines, Columns::default());
+    let form = Form::Lines(Some(Format::JsonLines), Columns::default());
     let origin = Origin::Opened(|| Box::new(FILM));
     let film = PointSource { origin, form, frame_points: None, closes_last: true, loops: true, batch };
     if let Err(error) = film.read(send, &|_| ()) {

@@ -1,6 +1,6 @@
 //! Which columns of a table hold the coordinates, and the event time if there is one.
 //!
-//! In: a choice such as `1,2`, `lon,lat` or `2,3,1`.
+//! In: a choice such as `1,2`, `lon,lat` or `2,3,1`, or none; the names in a header.
 //! Out: [`Columns`], and once the header is known the [`Places`] of the chosen columns.
 //!
 //! Invariant: x and y are never the same choice, so a line that yields both has two columns.
@@ -13,13 +13,32 @@ use std::str::FromStr;
 ///
 /// Parsed from two entries, x and y, or three, x, y and the event time, separated by commas. An
 /// entry is a number counted from 1 or the name of a column in the header line; in double quotes it
-/// is always a name. The default is `1,2`.
+/// is always a name. Without a choice, x and y are those that the header names so, in one of the ways
+/// of [`NAMES`], else the first two columns.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
     x: Column,
     y: Column,
     time: Option<Column>,
+    /// Nobody has chosen: the header may.
+    is_open: bool,
+    /// Without a choice, a column of event times is read if the header names one.
+    wants_time: bool,
 }
+
+/// Names of x and of y, which belong together.
+pub(super) const NAMES: [(&[&str], &[&str]); 4] = [
+    (&["x"], &["y"]),
+    (&["lon", "lng", "long"], &["lat"]),
+    (&["longitude"], &["latitude"]),
+    (&["easting"], &["northing"]),
+];
+
+/// Names of the event time.
+const TIMES: [&str; 4] = ["t", "time", "stamp", "timestamp"];
+
+/// Units that may follow a name after an underscore.
+const UNITS: [&str; 7] = ["m", "cm", "mm", "km", "px", "deg", "s"];
 
 /// One chosen column.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,7 +84,7 @@ pub enum ColumnsError {
 
 impl Default for Columns {
     fn default() -> Self {
-        Self { x: Column::Place(0), y: Column::Place(1), time: None }
+        Self { x: Column::Place(0), y: Column::Place(1), time: None, is_open: true, wants_time: false }
     }
 }
 
@@ -77,7 +96,7 @@ impl FromStr for Columns {
         let (Some(x), Some(y), time, None) = (entries.next(), entries.next(), entries.next(), entries.next()) else {
             return Err(ColumnsError::Count { found: choice.split(',').count() });
         };
-        let columns = Self { x: x?, y: y?, time: time.transpose()? };
+        let columns = Self { x: x?, y: y?, time: time.transpose()?, is_open: false, wants_time: false };
         if columns.x == columns.y { Err(ColumnsError::Same) } else { Ok(columns) }
     }
 }
@@ -99,7 +118,33 @@ fn column(text: &str, entry: usize) -> Result<Column, ColumnsError> {
     }
 }
 
+/// A name as it is compared: without a mark of comments, units and the size of letters. `X [m]` and `x_m` are `x`.
+fn plain(name: &str) -> String {
+    let name = name.trim_start_matches('#').split(['[', '(']).next().unwrap_or_default().trim().to_lowercase();
+    match name.rsplit_once('_') {
+        Some((before, unit)) if UNITS.contains(&unit) => before.to_owned(),
+        _ => name,
+    }
+}
+
 impl Columns {
+    /// The same, with event times where the header names them, unless columns are chosen.
+    pub fn with_times(self, wants_time: bool) -> Self {
+        Self { wants_time, ..self }
+    }
+
+    /// The places of x and y by the names in a header, if nobody has chosen and it names both.
+    pub(super) fn named_in<'a>(&self, header: impl Iterator<Item = &'a str>) -> Option<Places> {
+        if !self.is_open {
+            return None;
+        }
+        let names: Vec<String> = header.map(plain).collect();
+        let place = |known: &[&str]| names.iter().position(|name| known.contains(&name.as_str()));
+        let (x, y) = NAMES.iter().find_map(|(x, y)| Some((place(x)?, place(y)?)))?;
+        let time = if self.wants_time { place(&TIMES) } else { None };
+        Some(Places { x, y, time })
+    }
+
     /// The places of the chosen columns, if all are chosen by number.
     pub(super) fn places(&self) -> Option<Places> {
         self.find(|_| None).ok()
@@ -146,9 +191,8 @@ mod tests {
             ("nan,2nd", name("nan"), name("2nd"), None),
         ];
         for (text, x, y, time) in cases {
-            assert_eq!(text.parse(), Ok(Columns { x, y, time }), "{text}");
+            assert_eq!(text.parse(), Ok(Columns { x, y, time, is_open: false, wants_time: false }), "{text}");
         }
-        assert_eq!("1,2".parse(), Ok(Columns::default()));
     }
 
     #[test]
@@ -172,6 +216,35 @@ mod tests {
         for (text, error) in cases {
             assert_eq!(text.parse::<Columns>(), Err(error), "{text:?}");
         }
+    }
+
+    #[test]
+    fn a_header_names_x_and_y() {
+        let named = |header: &str, wants_time| {
+            let columns = Columns::default().with_times(wants_time);
+            columns.named_in(header.split(',')).map(|Places { x, y, time }| (x, y, time))
+        };
+        let cases = [
+            ("x,y", Some((0, 1, None))),
+            (",x,y", Some((1, 2, None))),
+            ("Y,X", Some((1, 0, None))),
+            ("id,lat,lon", Some((2, 1, None))),
+            ("Latitude,Longitude", Some((1, 0, None))),
+            ("Easting (m),Northing (m)", Some((0, 1, None))),
+            ("# x [m], y [m]", Some((0, 1, None))),
+            ("name,x_m,y_m", Some((1, 2, None))),
+            ("x,lat", None),
+            ("a,b", None),
+            ("max,may", None),
+        ];
+        for (header, places) in cases {
+            assert_eq!(named(header, false), places, "{header}");
+        }
+        assert_eq!(named("Time,x,y", true), Some((1, 2, Some(0))));
+        assert_eq!(named("Time,x,y", false), Some((1, 2, None)));
+        assert_eq!(named("x,y", true), Some((0, 1, None)));
+        let chosen: Columns = "1,2".parse().unwrap();
+        assert_eq!(chosen.named_in(["y", "x"].into_iter()), None);
     }
 
     #[test]

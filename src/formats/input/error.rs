@@ -183,6 +183,17 @@ pub enum BadLineReason {
         /// What separates them.
         separator: Separator,
     },
+    /// A line of a table has more columns than its header.
+    #[error("{columns} columns, and the header has {header}: complete the header, or mend the line")]
+    TooManyColumns {
+        /// How many columns the line has.
+        columns: usize,
+        /// How many the header has.
+        header: usize,
+    },
+    /// The input ends after its header.
+    #[error("this header has no rows after it: add rows, or leave it out")]
+    NoRows,
     /// A JSON line is neither an array nor an object.
     #[error("{found} is neither an array nor an object: write [x,y] or {{\"x\":0,\"y\":0}}")]
     NotAnEntry {

@@ -2,8 +2,10 @@
 //!
 //! In: the path of the input, if it has one, and its first bytes.
 //! Out: a [`Format`].
+//! Invariant: of a live source no more is read than what decides.
 //! Must not know: how either format is parsed.
 
+use std::io::{self, Cursor, ErrorKind, Read};
 use std::path::Path;
 
 use super::lines::BYTE_ORDER_MARK;
@@ -25,18 +27,43 @@ impl Format {
     }
 }
 
+/// How many bytes the format is guessed from at the most.
+const SNIFFED: usize = 4096;
+
+/// Guesses the format of a source as [`Format::sniff`] does. Also gives all of its bytes.
+///
+/// # Errors
+/// The source fails.
+pub fn sniffed<R: Read>(path: Option<&Path>, mut source: R) -> io::Result<(Format, impl Read + use<R>)> {
+    let mut first = Vec::new();
+    if !path.is_some_and(has_json_extension) {
+        let mut piece = [0; SNIFFED];
+        while first.len() < SNIFFED && first_of_content(&first).is_none() {
+            match source.read(&mut piece) {
+                Ok(0) => break,
+                Ok(length) => first.extend_from_slice(&piece[..length]),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+    Ok((Format::sniff(path, &first), Cursor::new(first).chain(source)))
+}
+
 fn has_json_extension(path: &Path) -> bool {
     path.extension()
         .is_some_and(|extension| ["jsonl", "ndjson", "json"].iter().any(|known| extension.eq_ignore_ascii_case(known)))
 }
 
 fn begins_as_json(bytes: &[u8]) -> bool {
+    first_of_content(bytes).is_some_and(|first| matches!(first, b'[' | b'{'))
+}
+
+/// The first byte that is neither blank nor in a comment.
+fn first_of_content(bytes: &[u8]) -> Option<u8> {
     let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
-    bytes
-        .split(|&byte| byte == b'\n')
-        .filter_map(|line| line.trim_ascii_start().first())
-        .find(|&&first| first != b'#')
-        .is_some_and(|first| matches!(first, b'[' | b'{'))
+    let lines = bytes.split(|byte| matches!(byte, b'\n' | b'\r'));
+    lines.filter_map(|line| line.trim_ascii_start().first().copied()).find(|&first| first != b'#')
 }
 
 #[cfg(test)]
@@ -51,6 +78,40 @@ mod tests {
         for name in ["a.csv", "json", "a.json.txt", ""] {
             assert_eq!(Format::sniff(Some(Path::new(name)), b"1,2"), Format::Text, "{name}");
         }
+    }
+
+    #[test]
+    fn of_a_live_source_no_more_is_read_than_decides() {
+        struct Pieces(Vec<&'static str>);
+        impl Read for Pieces {
+            fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
+                assert!(!self.0.is_empty(), "one read too many");
+                let piece = self.0.remove(0);
+                room[..piece.len()].copy_from_slice(piece.as_bytes());
+                Ok(piece.len())
+            }
+        }
+        for (pieces, format) in [
+            (vec!["[1,2]\n", ""], Format::JsonLines),
+            (vec!["# a comment", " goes on\n", "\r\n", "1 2\n", ""], Format::Text),
+            (vec!["\n", "\n", ""], Format::Text),
+        ] {
+            let (whole, content) = (pieces.concat(), pieces.len() - usize::from(pieces[0] != "\n"));
+            let mut source = Pieces(pieces.clone());
+            let (found, mut all) = sniffed(None, &mut source).unwrap();
+            assert_eq!(found, format);
+            let mut read = String::new();
+            let mut buffer = [0; 100];
+            for _ in 0..content.max(1) {
+                if read.len() < whole.len() {
+                    let length = all.read(&mut buffer).unwrap();
+                    read.push_str(std::str::from_utf8(&buffer[..length]).unwrap());
+                }
+            }
+            assert_eq!(read, whole);
+        }
+        let (format, _) = sniffed(Some(Path::new("a.json")), Pieces(Vec::new())).unwrap();
+        assert_eq!(format, Format::JsonLines, "nothing has to be read");
     }
 
     #[test]

@@ -1,16 +1,16 @@
 //! From bytes to lines.
 //!
 //! In: any [`Read`].
-//! Out: one line at a time, without its line end (`\n` or `\r\n`), as a slice of the one buffer here.
-//! Invariants: a line is handed out as soon as its `\n` has arrived, with no further read; a byte is searched for
-//! `\n` once and moved a bounded number of times, however the source cuts its reads; the buffer never exceeds the
+//! Out: one line at a time, without its line end (`\n`, `\r\n` or `\r`), as a slice of the one buffer here.
+//! Invariants: a line is handed out as soon as its `\n` or `\r` has arrived, with no further read; a byte is searched
+//! for line ends once and moved a bounded number of times, however the source cuts its reads; the buffer never exceeds the
 //! longest line allowed and one [`CHUNK`].
 //! Must not know: what a line says.
 
 use std::io::{self, Read};
 use std::ops::Range;
 
-use memchr::memchr;
+use memchr::memchr2;
 
 /// What may stand before the first line of a UTF-8 text.
 pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
@@ -43,6 +43,8 @@ pub struct Lines<R> {
     /// Whether the beginning of the present line has been dropped as too long.
     skipping: bool,
     ended: bool,
+    /// The line before has ended with `\r`, so that a `\n` now belongs to its end.
+    after_return: bool,
     number: u64,
     consumed: u64,
 }
@@ -59,6 +61,7 @@ impl<R: Read> Lines<R> {
             limit,
             skipping: false,
             ended: false,
+            after_return: false,
             number: 0,
             consumed: 0,
         }
@@ -82,12 +85,14 @@ impl<R: Read> Lines<R> {
             }
             self.fill()?;
         };
-        Ok(Some(whole.map_or(Line::TooLong, |range| Line::Whole(self.content(range)))))
+        Ok(Some(whole.map_or(Line::TooLong, |range| Line::Whole(&self.buffer[range]))))
     }
 
     /// Whether a whole line has arrived that was not handed out yet.
     pub(super) fn has_line(&self) -> bool {
-        memchr(b'\n', &self.buffer[self.searched..self.filled]).is_some()
+        let rest = &self.buffer[self.searched..self.filled];
+        let rest = if self.after_return { rest.strip_prefix(b"\n").unwrap_or(rest) } else { rest };
+        memchr2(b'\n', b'\r', rest).is_some()
     }
 
     /// How many bytes a line may have.
@@ -107,27 +112,37 @@ impl<R: Read> Lines<R> {
 
     /// Where the present line ends, if that has arrived.
     fn line_end(&mut self) -> Option<usize> {
-        let found = memchr(b'\n', &self.buffer[self.searched..self.filled]);
+        self.skip_rest_of_end();
+        let found = memchr2(b'\n', b'\r', &self.buffer[self.searched..self.filled]);
         let end = found.map(|offset| self.searched + offset);
         self.searched = end.unwrap_or(self.filled);
         end
+    }
+
+    /// Skips the second byte of `\r\n`, which may come later than the first one.
+    fn skip_rest_of_end(&mut self) {
+        if !self.after_return || self.start == self.filled {
+            return;
+        }
+        self.after_return = false;
+        if self.buffer[self.start] == b'\n' {
+            self.start += 1;
+            self.searched = self.searched.max(self.start);
+            self.consumed += 1;
+        }
     }
 
     /// Takes the present line, up to `end`, and goes to the next, at `next`. None if it was longer
     /// than allowed.
     fn take(&mut self, end: usize, next: usize) -> Option<Range<usize>> {
         let whole = self.start..end;
+        self.after_return = self.buffer[..self.filled].get(end) == Some(&b'\r');
         let too_long = std::mem::take(&mut self.skipping) || whole.len() > self.limit;
         self.consumed += (next - self.start) as u64;
         self.number += 1;
         self.start = next;
         self.searched = next;
         (!too_long).then_some(whole)
-    }
-
-    fn content(&self, range: Range<usize>) -> &[u8] {
-        let line = &self.buffer[range];
-        line.strip_suffix(b"\r").unwrap_or(line)
     }
 
     /// Whether there is a last line that no line end closes.
@@ -224,13 +239,15 @@ mod tests {
 
     #[test]
     fn line_ends_are_cut_off() {
-        let cases: [(&str, &[&str]); 8] = [
+        let cases: [(&str, &[&str]); 10] = [
             ("", &[]),
             ("\n", &[""]),
             ("a", &["a"]),
             ("a\nb\n", &["a", "b"]),
             ("a\r\nb\r\n\r\n", &["a", "b", ""]),
-            ("a\rb\n", &["a\rb"]),
+            ("a\rb\n", &["a", "b"]),
+            ("a\rb\r\rc", &["a", "b", "", "c"]),
+            ("a\r\n\rb", &["a", "", "b"]),
             ("a\n\nb", &["a", "", "b"]),
             ("a\r", &["a"]),
         ];
@@ -247,6 +264,18 @@ mod tests {
             assert_eq!(lines.next().unwrap(), Some(Line::Whole(expected)));
         }
         assert_eq!((lines.number(), lines.consumed()), (3, 7));
+    }
+
+    #[test]
+    fn both_bytes_of_a_line_end_may_come_apart() {
+        let mut lines = Lines::new(script(&[Ok("a\r"), Ok("\nb\r"), Ok("\n"), Ok("")]), 100);
+        for (expected, consumed) in [(&b"a"[..], 2), (b"b", 5)] {
+            assert_eq!(lines.next().unwrap(), Some(Line::Whole(expected)));
+            assert_eq!(lines.consumed(), consumed);
+            assert!(!lines.has_line());
+        }
+        assert_eq!(lines.next().unwrap(), None);
+        assert_eq!((lines.number(), lines.consumed()), (2, 6));
     }
 
     #[test]

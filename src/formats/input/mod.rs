@@ -37,7 +37,7 @@ mod tests;
 pub use columns::Columns;
 pub use error::ReadError;
 pub use excerpt::Excerpt;
-pub use format::Format;
+pub use format::{Format, sniffed};
 pub use lines::{Line, Lines};
 pub use reader::{Limits, Reader};
 pub use record::Record;

@@ -9,7 +9,7 @@
 use std::io::Read;
 
 use super::columns::Columns;
-use super::error::{BadLineReason, Fault, Field, ReadError};
+use super::error::{BadLine, BadLineReason, Fault, Field, ReadError};
 use super::excerpt::Excerpt;
 use super::format::Format;
 use super::jsonl;
@@ -39,6 +39,8 @@ pub struct Reader<R> {
     content: Content,
     /// The points of the present line.
     points: Vec<[f64; 2]>,
+    /// The present line, while one before it is reported that only this one has shown to be bad.
+    held: Option<Parsed>,
 }
 
 /// What the lines hold.
@@ -55,7 +57,7 @@ impl<R: Read> Reader<R> {
             Format::Text => Content::Table(Table::new(columns)),
             Format::JsonLines => Content::Json,
         };
-        Self { lines: Lines::new(source, limits.line_bytes), content, points: Vec::new() }
+        Self { lines: Lines::new(source, limits.line_bytes), content, points: Vec::new(), held: None }
     }
 
     /// The record of the next line; none at the end of the source.
@@ -68,13 +70,20 @@ impl<R: Read> Reader<R> {
     /// The source fails, or a chosen column is not in the header of the table. After a failure of
     /// the source nothing is lost, and the reader may be asked again.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>, ReadError> {
-        let parsed = self.parse_line()?;
+        let parsed = match self.held.take() {
+            Some(held) => Some(held),
+            None => self.parse_line()?,
+        };
+        if let Some(bad) = self.content.take_rejected(parsed.is_none()) {
+            self.held = parsed;
+            return Ok(Some(Record::Bad(bad)));
+        }
         Ok(parsed.map(|parsed| parsed.into_record(self.lines.number(), &self.points)))
     }
 
     /// Whether the next record is at hand, so that asking for it would not wait for the source.
     pub fn is_ready(&self) -> bool {
-        self.lines.has_line()
+        self.held.is_some() || self.lines.has_line()
     }
 
     /// The number of the line of the last record, counted from 1; 0 before the first. After the end
@@ -86,6 +95,14 @@ impl<R: Read> Reader<R> {
     /// How many bytes of the source have been used, up to the end of that line.
     pub fn bytes_read(&self) -> u64 {
         self.lines.consumed()
+    }
+
+    /// What the header has chosen, for people; once, after it is known.
+    pub fn take_choice(&mut self) -> Option<String> {
+        match &mut self.content {
+            Content::Table(table) => table.take_choice(),
+            Content::Json => None,
+        }
     }
 
     fn parse_line(&mut self) -> Result<Option<Parsed>, ReadError> {
@@ -101,7 +118,7 @@ impl<R: Read> Reader<R> {
         };
         let line = if number == 1 { without_mark(line) } else { line };
         self.content
-            .parse(line, &mut self.points)
+            .parse(line, number, &mut self.points)
             .map(Some)
             .map_err(|UnknownName(name)| unknown_column(number, name, line))
     }
@@ -112,22 +129,46 @@ impl<R: Read> Reader<R> {
 }
 
 impl Content {
+    /// A line that was taken for a header, and is none.
+    fn take_rejected(&mut self, is_at_end: bool) -> Option<BadLine> {
+        let Self::Table(table) = self else { return None };
+        if is_at_end {
+            table.finish();
+        }
+        table.take_rejected()
+    }
+
     /// Only the end of the line is trimmed, so that places in it remain what they are.
-    fn parse(&mut self, line: &[u8], points: &mut Vec<[f64; 2]>) -> Result<Parsed, UnknownName> {
+    fn parse(&mut self, line: &[u8], number: u64, points: &mut Vec<[f64; 2]>) -> Result<Parsed, UnknownName> {
         let line = line.trim_ascii_end();
         match (line.trim_ascii_start().first(), self) {
             (None, _) => Ok(Parsed::Blank),
-            (Some(b'#'), _) => Ok(Parsed::Nothing),
+            (Some(b'#'), Self::Table(table)) => Ok(match row_with_a_mark(line).filter(|line| table.is_row(line)) {
+                Some(line) => table.parse(line, number, points)?,
+                None => {
+                    // A comment that is no text names nothing.
+                    let _ = text(line).map(|line| table.parse_comment(line, number));
+                    Parsed::Nothing
+                }
+            }),
             (Some(_), Self::Table(table)) => match text(without_comment(line)) {
-                Ok(line) => table.parse(line, points),
+                Ok(line) => table.parse(line, number, points),
                 Err(fault) => Ok(Parsed::Bad(fault)),
             },
+            (Some(b'#'), Self::Json) => Ok(Parsed::Nothing),
             (Some(_), Self::Json) => {
                 let parsed = text(line).and_then(|line| jsonl::parse(line, points));
                 Ok(parsed.unwrap_or_else(Parsed::Bad))
             }
         }
     }
+}
+
+/// A line whose first value begins with the mark of a comment, as in `#17,1,2`, without the comment at its end.
+fn row_with_a_mark(line: &[u8]) -> Option<&str> {
+    let line = line.trim_ascii_start();
+    let rest = line.get(1..).filter(|rest| rest.first().is_some_and(|byte| !byte.is_ascii_whitespace()))?;
+    text(&line[..1 + without_comment(rest).len()]).ok()
 }
 
 fn without_mark(line: &[u8]) -> &[u8] {

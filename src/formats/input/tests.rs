@@ -94,16 +94,99 @@ fn blank_lines_differ_from_comments_and_headers() {
 }
 
 #[test]
-fn only_the_first_line_may_be_a_header() {
+fn a_header_stands_before_all_points_and_is_as_wide_as_the_next_line() {
     assert_eq!(table("x,y\n1,2"), ["+(1,2)"]);
-    assert_eq!(table("The data of 2020\n1,2"), ["+(1,2)"]);
+    let title = "line 1, column 1: \"The\" is not a number: write one such as 1.5 or -2e-3";
+    assert_eq!(table("The data of 2020\n1,2"), [title, "+(1,2)"]);
+    assert_eq!(table("The data of 2020\nx,y\n1,2"), [title, "+(1,2)"]);
     assert_eq!(table("\"x of it\" \"y\"\n1 2"), ["+(1,2)"]);
-    assert_eq!(table("# c\n\nx;y;z\n1,2"), ["blank", "+(1,2)"]);
+    assert_eq!(table("# c\n\na;b;c\n1;2;3"), ["blank", "+(1,2)"]);
+    assert_eq!(
+        table("# c\n\na;b;c\n1,2"),
+        ["blank", "line 3, column 1: \"a\" is not a number: write one such as 1.5 or -2e-3", "+(1,2)"]
+    );
     assert_eq!(
         table("1,2\nx,y\n"),
         ["+(1,2)", "line 2, column 1: \"x\" is not a number: write one such as 1.5 or -2e-3"]
     );
     assert_eq!(table("x,y\nx,y\n").len(), 1);
+}
+
+#[test]
+fn what_is_no_row_and_no_header_is_reported() {
+    let bad =
+        |input: &str| -> Vec<String> { table(input).into_iter().filter(|shown| !shown.starts_with('+')).collect() };
+    for (input, lines) in [
+        ("POINT(1 2)\nPOINT(3 4)\n", &[1, 2][..]),
+        ("[1,2]\n1,2\n", &[1]),
+        ("[1,2]\n", &[1]),
+        ("{\"x\":1,\"y\":2}\n1,2\n", &[1]),
+        ("a|b\n1,2\n", &[1]),
+        ("one line", &[1]),
+        ("a,b,c\n1,2\n3,4\n", &[1]),
+        ("a,b\n1,2,3\n4,5\n", &[1]),
+        ("x,y\n1,2\n3,4,5\n6,7\n", &[3]),
+        ("x,y\n", &[1]),
+    ] {
+        let found = bad(input);
+        let expected: Vec<String> = lines.iter().map(|line| format!("line {line}")).collect();
+        assert_eq!(found.len(), expected.len(), "{input:?}: {found:?}");
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!(found.starts_with(expected.as_str()), "{input:?}: {found}");
+        }
+    }
+    assert_eq!(bad("x,y\n"), ["line 1: this header has no rows after it: add rows, or leave it out"]);
+    assert_eq!(bad("x,y\n1,2,3"), ["line 1, column 1: \"x\" is not a number: write one such as 1.5 or -2e-3"]);
+}
+
+#[test]
+fn a_header_says_which_columns_are_x_and_y() {
+    for (input, points) in [
+        (",x,y\n0,1,2\n1,3,4\n", ["+(1,2)", "+(3,4)"]),
+        ("time,x,y\n9,1,2\n9,3,4\n", ["+(1,2)", "+(3,4)"]),
+        ("id;lat;lon\n7;2;1\n8;4;3\n", ["+(1,2)", "+(3,4)"]),
+        ("name,X [m],Y [m]\nBonn,1,2\nUlm,3,4\n", ["+(1,2)", "+(3,4)"]),
+        ("# x y\n1 2\n3 4\n", ["+(1,2)", "+(3,4)"]),
+        ("# made by hand\n#y,x\n2,1\n4,3\n", ["+(1,2)", "+(3,4)"]),
+        ("# x y z\n1 2\n3 4\n", ["+(1,2)", "+(3,4)"]),
+        ("x,y\n1,2,\n3,4,,\n", ["+(1,2)", "+(3,4)"]),
+    ] {
+        assert_eq!(table(input), points, "{input:?}");
+    }
+    let timed = |input: &str| {
+        let columns = Columns::default().with_times(true);
+        read_all(&mut Reader::new(input.as_bytes(), Format::Text, columns, Limits::default())).unwrap()
+    };
+    assert_eq!(timed("Time,x,y\n9,1,2\n"), ["+(1,2)@9"]);
+    assert_eq!(timed("x,y\n1,2\n"), ["+(1,2)"]);
+    // What somebody has chosen holds.
+    assert_eq!(table_with("1,2", "id,x,y\n7,1,2\n").unwrap(), ["+(7,1)"]);
+}
+
+#[test]
+fn what_the_header_has_chosen_is_told_once() {
+    let columns = Columns::default();
+    let input = "id,lat,lon\n7,2,1\n8,4,3\n";
+    let mut reader = Reader::new(input.as_bytes(), Format::Text, columns, Limits::default());
+    let mut told = Vec::new();
+    while reader.next_record().unwrap().is_some() {
+        told.extend(reader.take_choice());
+    }
+    assert_eq!(told, ["the header names columns: x is column 3 \"lon\", y is column 2 \"lat\""]);
+}
+
+#[test]
+fn a_row_may_begin_with_the_mark_of_a_comment() {
+    let input = "1,1,2\n#17,3,4\n# 18,5,6\n#19,7,8 # last\n#not a row\n";
+    assert_eq!(table_with("2,3", input).unwrap(), ["+(1,2)", "+(3,4)", "+(7,8)"]);
+    assert_eq!(table("1,2\n#3,4\n"), ["+(1,2)"], "a row that is commented out");
+}
+
+#[test]
+fn a_return_alone_ends_a_line() {
+    assert_eq!(table("x,y\r1,2\r3,4\r"), ["+(1,2)", "+(3,4)"]);
+    assert_eq!(table("1,2\r\r3,4"), ["+(1,2)", "blank", "+(3,4)"]);
+    assert_eq!(json("[1,2]\r[3,4]\r\n[5,6]"), ["+(1,2)", "+(3,4)", "+(5,6)"]);
 }
 
 #[test]
@@ -157,7 +240,6 @@ fn a_bad_row_is_named_with_its_column() {
              complete the line, or choose other columns",
         ),
         ("3 4", "line 2, column 1: \"3 4\" is not a number: write one such as 1.5 or -2e-3"),
-        ("3\r4,5", "line 2, column 1: \"3\\r4\" is not a number: write one such as 1.5 or -2e-3"),
         ("\"3,5\",4", "line 2, column 1: \"3,5\" has a decimal comma: write a decimal point"),
     ];
     for (line, message) in cases {

@@ -3,11 +3,12 @@
 //! In: the content of one line after the other (UTF-8, not blank, without comment).
 //! Out: the point and the event time on it, or what is wrong with it.
 //! Invariants: the separator of the first good line holds for all that follow, so that no line is ever read with a
-//! guess of its own; only the first line may be a header.
-//! Must not know: line ends, line numbers, comments.
+//! guess of its own. Every line is a point, or a header, or unusable. A header stands before all points, has no number
+//! in a chosen column, and as many columns as the line after it; so what a line may be a header is decided by the next.
+//! Must not know: line ends, comments.
 
 use super::columns::{Columns, Places};
-use super::error::{BadLineReason, Fault, Field};
+use super::error::{BadLine, BadLineReason, Fault, Field};
 use super::excerpt::Excerpt;
 use super::record::Parsed;
 use super::separator::Separator;
@@ -19,7 +20,34 @@ pub(super) struct Table {
     /// Known from the start if the columns are chosen by number, else from the header.
     places: Option<Places>,
     separator: Option<Separator>,
-    at_first_line: bool,
+    stage: Stage,
+    /// Columns of the header, if there is one.
+    width: Option<usize>,
+    /// A line that was taken for a header, and is none.
+    rejected: Option<BadLine>,
+    /// What was chosen by the header, for people, until somebody asks.
+    choice: Option<String>,
+}
+
+#[derive(Debug)]
+enum Stage {
+    /// No point, and nothing that may be a header.
+    First,
+    /// The line before may be a header.
+    Header(Candidate),
+    /// There was a header, or a point.
+    Rows,
+}
+
+/// A line that may be a header.
+#[derive(Debug)]
+struct Candidate {
+    text: String,
+    line: u64,
+    /// What is wrong with it otherwise; nothing if it is a comment otherwise.
+    fault: Option<Fault>,
+    /// The columns that it names, and how it is cut for that.
+    named: Option<(Places, Separator)>,
 }
 
 /// The numbers of one line.
@@ -34,23 +62,108 @@ pub(super) struct UnknownName(pub(super) String);
 impl Table {
     pub(super) fn new(columns: Columns) -> Self {
         let places = columns.places();
-        Self { columns, places, separator: None, at_first_line: true }
+        Self { columns, places, separator: None, stage: Stage::First, width: None, rejected: None, choice: None }
     }
 
     /// Parses the next line. The point is put into `points`.
-    pub(super) fn parse(&mut self, line: &str, points: &mut Vec<[f64; 2]>) -> Result<Parsed, UnknownName> {
-        let first = std::mem::take(&mut self.at_first_line);
-        let Some(places) = self.places else {
+    pub(super) fn parse(&mut self, line: &str, number: u64, points: &mut Vec<[f64; 2]>) -> Result<Parsed, UnknownName> {
+        if self.places.is_none() {
             return self.read_header(line);
-        };
-        Ok(match self.row(places, line) {
-            Ok(row) => {
+        }
+        if let Stage::Header(_) = self.stage {
+            self.decide(line);
+        }
+        let Some(places) = self.places else { return Ok(Parsed::Nothing) };
+        let read = self.row(places, line);
+        Ok(match (read, &self.stage) {
+            (Ok(row), _) => {
+                self.stage = Stage::Rows;
                 points.push(row.point);
                 Parsed::Points { time: row.time }
             }
-            Err(_) if first && is_header(places, line) => Parsed::Nothing,
-            Err(fault) => Parsed::Bad(fault),
+            (Err(fault), Stage::First) => self.first_fault(line, number, places, fault),
+            (Err(fault), _) => Parsed::Bad(fault),
         })
+    }
+
+    /// A comment may name the columns, if it stands before all points.
+    pub(super) fn parse_comment(&mut self, comment: &str, number: u64) {
+        let text = comment.trim_start_matches('#');
+        if !matches!(self.stage, Stage::First | Stage::Header(Candidate { fault: None, .. })) {
+            return;
+        }
+        if let Some(named) = self.named_in(text) {
+            let (text, named) = (text.to_owned(), Some(named));
+            self.stage = Stage::Header(Candidate { text, line: number, fault: None, named });
+        }
+    }
+
+    /// Whether a line that begins like a comment is a row: its mark is part of a value, and each chosen column has a
+    /// number.
+    pub(super) fn is_row(&self, line: &str) -> bool {
+        let (Some(places), Some(separator)) = (self.places, self.separator) else { return false };
+        row(places, line, separator).is_ok()
+    }
+
+    /// The input has ended: what was taken for a header has no rows.
+    pub(super) fn finish(&mut self) {
+        if let Stage::Header(candidate) = std::mem::replace(&mut self.stage, Stage::Rows) {
+            let is_named = candidate.named.is_some();
+            self.rejected = candidate.fault.map(|fault| {
+                let fault = if is_named { Fault::of_line(BadLineReason::NoRows) } else { fault };
+                fault.on_line(candidate.line)
+            });
+        }
+    }
+
+    /// A line before the last one, which was taken for a header and is none.
+    pub(super) fn take_rejected(&mut self) -> Option<BadLine> {
+        self.rejected.take()
+    }
+
+    /// What the header has chosen, once.
+    pub(super) fn take_choice(&mut self) -> Option<String> {
+        self.choice.take()
+    }
+
+    /// A line that is no row, before all rows: a header, if the next line says so.
+    fn first_fault(&mut self, line: &str, number: u64, places: Places, fault: Fault) -> Parsed {
+        let named = self.named_in(line);
+        if named.is_none() && !is_header(places, line) {
+            return Parsed::Bad(fault);
+        }
+        self.stage = Stage::Header(Candidate { text: line.to_owned(), line: number, fault: Some(fault), named });
+        Parsed::Nothing
+    }
+
+    /// Decides by the line after it whether a line is the header.
+    fn decide(&mut self, next: &str) {
+        let Stage::Header(candidate) = std::mem::replace(&mut self.stage, Stage::First) else { return };
+        let Some(places) = self.places else { return };
+        let separator = match candidate.named {
+            Some((_, separator)) => separator,
+            None => self.separator.unwrap_or_else(|| Separator::fitting(next, |cut| row(places, next, cut).is_ok())),
+        };
+        let is_header = match candidate.named {
+            Some(_) => true,
+            // Of two such lines the first is none: nothing but a row follows a header.
+            None => row(places, next, separator).is_ok() || !is_header(places, next),
+        };
+        if !is_header || !are_as_wide(separator, &candidate.text, next) {
+            self.rejected = candidate.fault.map(|fault| fault.on_line(candidate.line));
+            return;
+        }
+        if let Some((places, separator)) = candidate.named {
+            (self.places, self.separator) = (Some(places), Some(separator));
+            self.choice = Some(choice(places, separator, &candidate.text));
+        }
+        (self.stage, self.width) = (Stage::Rows, Some(separator.split(&candidate.text).count()));
+    }
+
+    /// The columns that a header names, if nobody has chosen others.
+    fn named_in(&self, header: &str) -> Option<(Places, Separator)> {
+        let cuts = Separator::candidates(header);
+        cuts.filter_map(|cut| Some((self.columns.named_in(cut.split(header))?, cut))).next()
     }
 
     /// Looks for the chosen columns in the header. The separator is the one that shows them all.
@@ -58,16 +171,18 @@ impl Table {
         let find = |separator| self.columns.find(|name| place_of(name, line, separator));
         let separator = Separator::fitting(line, |separator| find(separator).is_ok());
         let places = find(separator).map_err(|name| UnknownName(name.to_owned()))?;
-        self.places = Some(places);
-        self.separator = Some(separator);
+        (self.places, self.separator) = (Some(places), Some(separator));
+        (self.stage, self.width) = (Stage::Rows, Some(separator.split(line).count()));
         Ok(Parsed::Nothing)
     }
 
     fn row(&mut self, places: Places, line: &str) -> Result<Row, Fault> {
-        match self.separator {
+        let row = match self.separator {
             Some(separator) => row(places, line, separator),
             None => self.first_row(places, line),
-        }
+        }?;
+        self.check_width(line)?;
+        Ok(row)
     }
 
     /// Reads a line before the separator is known, which it is from then on if the line is good.
@@ -78,6 +193,32 @@ impl Table {
         self.separator = Some(separator);
         Ok(row)
     }
+
+    /// A row with more columns than its header is not what the header says. Empty ones at its end say nothing.
+    fn check_width(&self, line: &str) -> Result<(), Fault> {
+        let (Some(header), Some(separator)) = (self.width, self.separator) else { return Ok(()) };
+        let mut beyond = separator.split(line).skip(header);
+        if beyond.all(str::is_empty) {
+            return Ok(());
+        }
+        let columns = separator.split(line).count();
+        Err(Fault::of_line(BadLineReason::TooManyColumns { columns, header }))
+    }
+}
+
+/// Whether two lines have as many columns. Empty ones at the end count if both lines have them.
+fn are_as_wide(separator: Separator, header: &str, next: &str) -> bool {
+    let count = |line| separator.split(line).count();
+    let last = |line| separator.split(line).zip(1..).filter(|(field, _)| !field.is_empty()).map(|(_, at)| at).last();
+    count(header) == count(next) || last(header) == last(next)
+}
+
+/// What was chosen, for people.
+fn choice(places: Places, separator: Separator, header: &str) -> String {
+    let name = |place| Excerpt::of(separator.split(header).nth(place).unwrap_or_default().trim().as_bytes());
+    let (x, y) = (name(places.x), name(places.y));
+    let time = places.time.map(|place| format!(", t is column {} {}", place + 1, name(place))).unwrap_or_default();
+    format!("the header names columns: x is column {} {x}, y is column {} {y}{time}", places.x + 1, places.y + 1)
 }
 
 fn place_of(name: &str, header: &str, separator: Separator) -> Option<usize> {
@@ -153,10 +294,12 @@ fn fault(field: Option<&str>, place: usize, columns: usize, separator: Separator
 }
 
 /// Whether a line that is not a row may be a header: cut as is likeliest it has something in a
-/// chosen column, and however it is cut none of the chosen columns is a number.
+/// chosen column, and however it is cut none of the chosen columns is a number. No name opens a bracket.
 fn is_header(places: Places, line: &str) -> bool {
     let mut cuts = Separator::candidates(line).map(|separator| Chosen::of(places, line, separator)).peekable();
-    let named = |chosen: &Chosen<'_>| chosen.all().any(|field| !field.is_empty());
+    let named = |chosen: &Chosen<'_>| {
+        chosen.all().any(|field| !field.is_empty()) && !chosen.all().any(|field| field.starts_with(['{', '[']))
+    };
     cuts.peek().is_some_and(named) && !cuts.any(|chosen| chosen.all().any(looks_numeric))
 }
 

@@ -24,8 +24,8 @@ fuzz_target!(|data: &[u8]| {
     let Some((pieces, bytes)) = Pieces::of(data) else { return };
     let columns: Columns = if form & 4 == 0 { "1,2" } else { "2,1,3" }.parse().expect("these are columns");
     let form = match form % 4 {
-        0 => Form::Lines(Format::Text, columns),
-        1 => Form::Lines(Format::JsonLines, columns),
+        0 => Form::Lines(Some(Format::Text), columns),
+        1 => Form::Lines(Some(Format::JsonLines), columns),
         _ => Form::Binary,
     };
     let bytes = if matches!(form, Form::Binary) { mended(bytes) } else { bytes.to_vec() };
