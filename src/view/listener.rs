@@ -3,8 +3,8 @@
 //! In: an address; the daemon's [`HttpAccess`].
 //! Out: responses; a read-only connection of the daemon for each WebSocket.
 //! Invariants: only this machine can connect, unless remote clients were allowed. A client that sends no complete head,
-//! or does not read the response, is disconnected after a timeout. A client above the limit gets a 503; a few may still
-//! ask for the daemon's health. Threads are named, and joined.
+//! or does not read the response, is disconnected after a timeout. A client above the limit gets a 503, even if it is
+//! silent; a few may still ask for the daemon's health. Threads are named, and joined.
 //! Must not know: which resources there are.
 
 use std::io;
@@ -238,7 +238,8 @@ impl Server {
     fn serve(&self, socket: Arc<Socket>, client: Visit) {
         let timeout = self.access.limits().timeout;
         let patience = if client.only_health.is_some() { PROBE_TIMEOUT } else { HEAD_TIMEOUT };
-        let Some((request, early)) = read_request(&socket, patience.min(timeout)) else { return };
+        let silent = || client.only_health.map(|limit| (Err(too_many_clients(limit)), Vec::new()));
+        let Some((request, early)) = read_request(&socket, patience.min(timeout)).or_else(silent) else { return };
         let is_head = request.as_ref().is_ok_and(|request| request.is_head);
         let response = match request.and_then(|request| self.reply(&request, &client)) {
             Ok(Reply::Upgrade(handshake)) => {

@@ -8,7 +8,7 @@ import subprocess
 import unittest
 from urllib.parse import urlsplit
 
-from harness import HOPES_BIN, TIMEOUT, BrowserTest, HasCleanup
+from harness import HOPES_BIN, TIMEOUT, BrowserTest, HasCleanup, until
 
 
 class Demo:
@@ -34,9 +34,13 @@ class DemoTest(BrowserTest):
         demo = Demo(self, *options)
         page = self.open(demo)
         self.wait_for(page, "state.stream === 'demo' && state.seen > 10 && state.tracks > 0")
-        picture = self.see(page)
-        self.assertGreater(picture.point, 300)
-        self.assertGreater(picture.tinted, 300)
+
+        # The holes of a frame come a moment after its points.
+        def has_points_and_holes() -> bool:
+            picture = self.see(page)
+            return picture.point > 300 and picture.tinted > 300
+
+        until(has_points_and_holes, "points and holes are drawn")
         demo.process.send_signal(signal.SIGINT)
         out, log = demo.process.communicate(timeout=TIMEOUT)
         self.assertEqual((demo.process.returncode, log), (0, ""))

@@ -26,6 +26,8 @@ fn a_thousand_idle_connections_are_harmless() {
     assert_eq!(late.mirror.number(), pair.consumer.mirror.number());
     // Clients above the limit are refused, and the others are disconnected in time.
     let refused = idle.split_off(300);
+    // Also one that had a place to ask for the daemon's health, and asked nothing.
+    HttpClient(idle.remove(257)).reply().unwrap().is_refused(503, "256 clients");
     for stream in refused.into_iter().step_by(50) {
         HttpClient(stream).reply().unwrap().is_refused(503, "256 clients");
     }

@@ -133,9 +133,12 @@ impl<C: Requester> Requests<C> {
         });
     }
 
-    /// Requests the newest frame once. False if too many wait for that.
+    /// Requests the newest frame once. False if too many wait for that, or the engine has ended.
     pub fn snapshot_once(&self, view: wire::View, answer: Sender<Arc<Charged<wire::Snapshot>>>) -> bool {
         let mut state = self.lock();
+        if state.is_closed {
+            return false;
+        }
         let line = state.waiting.entry(VISITORS).or_default();
         let is_taken = line.len() < MOST_ONCE;
         if is_taken {
