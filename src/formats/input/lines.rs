@@ -43,7 +43,7 @@ pub struct Lines<R> {
     /// Whether the beginning of the present line has been dropped as too long.
     skipping: bool,
     ended: bool,
-    /// The line before has ended with `\r`, so that a `\n` now belongs to its end.
+    /// The line before has ended with `\r`, so that a `\n` that comes next belongs to its end.
     after_return: bool,
     number: u64,
     consumed: u64,
@@ -74,7 +74,8 @@ impl<R: Read> Lines<R> {
     pub fn next(&mut self) -> io::Result<Option<Line<'_>>> {
         let whole = loop {
             if let Some(end) = self.line_end() {
-                break self.take(end, end + 1);
+                let is_pair = self.buffer[end..self.filled].starts_with(b"\r\n");
+                break self.take(end, end + 1 + usize::from(is_pair));
             }
             self.drop_if_too_long();
             if self.ended {
@@ -136,7 +137,7 @@ impl<R: Read> Lines<R> {
     /// than allowed.
     fn take(&mut self, end: usize, next: usize) -> Option<Range<usize>> {
         let whole = self.start..end;
-        self.after_return = self.buffer[..self.filled].get(end) == Some(&b'\r');
+        self.after_return = next == self.filled && self.buffer[end..next] == *b"\r";
         let too_long = std::mem::take(&mut self.skipping) || whole.len() > self.limit;
         self.consumed += (next - self.start) as u64;
         self.number += 1;
