@@ -74,8 +74,7 @@ impl<R: Read> Lines<R> {
     pub fn next(&mut self) -> io::Result<Option<Line<'_>>> {
         let whole = loop {
             if let Some(end) = self.line_end() {
-                let is_pair = self.buffer[end..self.filled].starts_with(b"\r\n");
-                break self.take(end, end + 1 + usize::from(is_pair));
+                break self.take(end, end + 1);
             }
             self.drop_if_too_long();
             if self.ended {
@@ -106,7 +105,8 @@ impl<R: Read> Lines<R> {
         self.number
     }
 
-    /// How many bytes the lines handed out so far have taken, line ends included.
+    /// How many bytes the lines handed out so far have taken, line ends included. The second byte of `\r\n` counts with
+    /// the next line, as it may come later.
     pub(super) fn consumed(&self) -> u64 {
         self.consumed
     }
@@ -137,7 +137,7 @@ impl<R: Read> Lines<R> {
     /// than allowed.
     fn take(&mut self, end: usize, next: usize) -> Option<Range<usize>> {
         let whole = self.start..end;
-        self.after_return = next == self.filled && self.buffer[end..next] == *b"\r";
+        self.after_return = self.buffer[..self.filled].get(end) == Some(&b'\r');
         let too_long = std::mem::take(&mut self.skipping) || whole.len() > self.limit;
         self.consumed += (next - self.start) as u64;
         self.number += 1;

@@ -16,7 +16,7 @@
 //! quote no long string.
 //!
 //! Layers, each knowing only those before it: `excerpt` and `error` (how to say what is wrong), `format` and
-//! `columns` (what to expect), `lines` (bytes to lines), `separator` and `text` (a table's line to numbers),
+//! `columns` (what to expect), `lines` (bytes to lines), `separator`, `numbers` and `text` (a table's line to numbers),
 //! `json_values` and `jsonl` (a JSON line to numbers), `reader` (all of it together).
 
 mod columns;
@@ -26,6 +26,7 @@ mod format;
 mod json_values;
 mod jsonl;
 mod lines;
+mod numbers;
 mod reader;
 mod record;
 mod separator;

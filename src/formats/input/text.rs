@@ -10,6 +10,7 @@
 use super::columns::{Columns, Places};
 use super::error::{BadLine, BadLineReason, Fault, Field};
 use super::excerpt::Excerpt;
+use super::numbers;
 use super::record::Parsed;
 use super::separator::Separator;
 
@@ -265,32 +266,16 @@ impl<'a> Chosen<'a> {
 
 fn row(places: Places, line: &str, separator: Separator) -> Result<Row, Fault> {
     let chosen = Chosen::of(places, line, separator);
-    let number = |field: Option<&str>, place: usize| match field.map(str::parse) {
-        Some(Ok(number)) => Ok(number),
-        _ => Err(fault(field, place, chosen.seen, separator)),
+    let fault = |place: usize, reason| Fault::at(Field::Column(place + 1), reason);
+    let missing = |place| fault(place, BadLineReason::MissingColumn { columns: chosen.seen, separator });
+    let coordinate = |field: Option<&str>, place| {
+        numbers::number(field.ok_or_else(|| missing(place))?, separator).map_err(|reason| fault(place, reason))
     };
-    Ok(Row {
-        point: [number(chosen.x, places.x)?, number(chosen.y, places.y)?],
-        time: places.time.map(|place| number(chosen.time, place)).transpose()?,
-    })
-}
-
-/// What is wrong with a chosen field.
-#[cold]
-fn fault(field: Option<&str>, place: usize, columns: usize, separator: Separator) -> Fault {
-    let reason = match field {
-        None => BadLineReason::MissingColumn { columns, separator },
-        Some("") => BadLineReason::EmptyColumn,
-        Some(field) => {
-            let found = Excerpt::of(field.as_bytes());
-            if has_decimal_comma(field) {
-                BadLineReason::DecimalComma { found }
-            } else {
-                BadLineReason::NotANumber { found }
-            }
-        }
-    };
-    Fault::at(Field::Column(place + 1), reason)
+    let point = [coordinate(chosen.x, places.x)?, coordinate(chosen.y, places.y)?];
+    let Some(place) = places.time else { return Ok(Row { point, time: None }) };
+    let time = chosen.time.ok_or_else(|| missing(place))?;
+    let time = numbers::time(time, separator).map_err(|reason| fault(place, reason))?;
+    Ok(Row { point, time: Some(time) })
 }
 
 /// Whether a line that is not a row may be a header: cut as is likeliest it has something in a
@@ -300,16 +285,5 @@ fn is_header(places: Places, line: &str) -> bool {
     let named = |chosen: &Chosen<'_>| {
         chosen.all().any(|field| !field.is_empty()) && !chosen.all().any(|field| field.starts_with(['{', '[']))
     };
-    cuts.peek().is_some_and(named) && !cuts.any(|chosen| chosen.all().any(looks_numeric))
-}
-
-fn looks_numeric(field: &str) -> bool {
-    field.parse::<f64>().is_ok() || has_decimal_comma(field)
-}
-
-fn has_decimal_comma(field: &str) -> bool {
-    field.split_once(',').is_some_and(|(whole, fraction)| {
-        // `1,2` is `1.2`; `1,` and `,2` are rather pieces of a line cut at the wrong place.
-        [whole, fraction].iter().all(|part| !part.is_empty()) && field.replacen(',', ".", 1).parse::<f64>().is_ok()
-    })
+    cuts.peek().is_some_and(named) && !cuts.any(|chosen| chosen.all().any(numbers::looks_numeric))
 }
