@@ -155,7 +155,7 @@ impl PointSource {
         let (format, source) = self.with_format(format)?;
         let mut reader = Reader::new(source, format, columns, Limits::default());
         loop {
-            let line = reader.line() + 1;
+            let line = reader.next_line();
             let sent = match reader.next_record().map_err(PointsError::Read)? {
                 None => return Ok(Ok(())),
                 Some(Record::Points { points, time }) => {

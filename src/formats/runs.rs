@@ -91,7 +91,7 @@ impl RunSource {
         let mut reader = Reader::new(bytes, format, self.columns.clone(), Limits::default());
         let mut gatherer = Gatherer { sink, run: Run::default(), points: 0 };
         loop {
-            let line = reader.line() + 1;
+            let line = reader.next_line();
             let record = reader.next_record();
             let sent = match record.map_err(|reason| RunsError::Read { path: self.file.clone(), reason })? {
                 None => return gatherer.flush().or(Ok(())),

@@ -244,6 +244,15 @@ pub enum BadLineReason {
         /// The value, or its kind.
         found: String,
     },
+    /// An element of a list of points is no point.
+    #[error("{found} is not a point: write [x,y]")]
+    NotAPoint {
+        /// The value, or its kind.
+        found: String,
+    },
+    /// One of many points of a list that are none.
+    #[error("one more of its points is none: correct it like those before")]
+    OneMorePoint,
     /// A JSON array has a wrong number of elements.
     #[error("{found} element(s): write {expected}")]
     WrongLength {

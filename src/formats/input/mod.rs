@@ -17,12 +17,13 @@
 //!
 //! Layers, each knowing only those before it: `excerpt` and `error` (how to say what is wrong), `format` and
 //! `columns` (what to expect), `lines` (bytes to lines), `separator`, `numbers` and `text` (a table's line to numbers),
-//! `json_values` and `jsonl` (a JSON line to numbers), `reader` (all of it together).
+//! `json_literals`, `json_values` and `jsonl` (a JSON line to numbers), `reader` (all of it together).
 
 mod columns;
 mod error;
 mod excerpt;
 mod format;
+mod json_literals;
 mod json_values;
 mod jsonl;
 mod lines;

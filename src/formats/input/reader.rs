@@ -12,7 +12,7 @@ use super::columns::Columns;
 use super::error::{BadLine, BadLineReason, Fault, Field, ReadError};
 use super::excerpt::Excerpt;
 use super::format::Format;
-use super::jsonl;
+use super::jsonl::{self, Faults};
 use super::lines::{BYTE_ORDER_MARK, Line, Lines};
 use super::record::{Parsed, Record};
 use super::separator::without_comment;
@@ -47,7 +47,7 @@ pub struct Reader<R> {
 #[derive(Debug)]
 enum Content {
     Table(Table),
-    Json,
+    Json(Faults),
 }
 
 impl<R: Read> Reader<R> {
@@ -55,7 +55,7 @@ impl<R: Read> Reader<R> {
     pub fn new(source: R, format: Format, columns: Columns, limits: Limits) -> Self {
         let content = match format {
             Format::Text => Content::Table(Table::new(columns)),
-            Format::JsonLines => Content::Json,
+            Format::JsonLines => Content::Json(Faults::default()),
         };
         Self { lines: Lines::new(source, limits.line_bytes), content, points: Vec::new(), held: None }
     }
@@ -70,6 +70,10 @@ impl<R: Read> Reader<R> {
     /// The source fails, or a chosen column is not in the header of the table. After a failure of
     /// the source nothing is lost, and the reader may be asked again.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>, ReadError> {
+        let number = self.lines.number();
+        if let Some(fault) = self.content.take_fault() {
+            return Ok(Some(Record::Bad(fault.on_line(number))));
+        }
         let parsed = match self.held.take() {
             Some(held) => Some(held),
             None => self.parse_line()?,
@@ -83,13 +87,18 @@ impl<R: Read> Reader<R> {
 
     /// Whether the next record is at hand, so that asking for it would not wait for the source.
     pub fn is_ready(&self) -> bool {
-        self.held.is_some() || self.lines.has_line()
+        self.held.is_some() || self.content.has_fault() || self.lines.has_line()
     }
 
     /// The number of the line of the last record, counted from 1; 0 before the first. After the end
     /// it is the number of lines.
     pub fn line(&self) -> u64 {
         self.lines.number()
+    }
+
+    /// The number of the line that the next record is of, if that is points.
+    pub fn next_line(&self) -> u64 {
+        self.lines.number() + u64::from(self.held.is_none())
     }
 
     /// How many bytes of the source have been used, up to the end of that line.
@@ -101,7 +110,7 @@ impl<R: Read> Reader<R> {
     pub fn take_choice(&mut self) -> Option<String> {
         match &mut self.content {
             Content::Table(table) => table.take_choice(),
-            Content::Json => None,
+            Content::Json(_) => None,
         }
     }
 
@@ -138,6 +147,16 @@ impl Content {
         table.take_rejected()
     }
 
+    /// What is wrong with a single point of the last line.
+    fn take_fault(&mut self) -> Option<Fault> {
+        let Self::Json(faults) = self else { return None };
+        faults.next()
+    }
+
+    fn has_fault(&self) -> bool {
+        matches!(self, Self::Json(faults) if !faults.is_empty())
+    }
+
     /// Only the end of the line is trimmed, so that places in it remain what they are.
     fn parse(&mut self, line: &[u8], number: u64, points: &mut Vec<[f64; 2]>) -> Result<Parsed, UnknownName> {
         let line = line.trim_ascii_end();
@@ -155,10 +174,13 @@ impl Content {
                 Ok(line) => table.parse(line, number, points),
                 Err(fault) => Ok(Parsed::Bad(fault)),
             },
-            (Some(b'#'), Self::Json) => Ok(Parsed::Nothing),
-            (Some(_), Self::Json) => {
-                let parsed = text(line).and_then(|line| jsonl::parse(line, points));
-                Ok(parsed.unwrap_or_else(Parsed::Bad))
+            (Some(b'#'), Self::Json(_)) => Ok(Parsed::Nothing),
+            (Some(_), Self::Json(faults)) => {
+                let parsed = text(line).and_then(|line| jsonl::parse(line, points, faults));
+                Ok(parsed.unwrap_or_else(|fault| {
+                    faults.clear();
+                    Parsed::Bad(fault)
+                }))
             }
         }
     }
