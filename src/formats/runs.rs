@@ -101,7 +101,7 @@ impl RunSource {
                 Some(Record::Bad(bad)) => gatherer.report_error(&bad),
             };
             if let Some(choice) = reader.take_choice() {
-                tracing::info!("{}: {choice}", self.file.display());
+                tracing::info!("{}: {choice}", self.name());
             }
             let announced = if line == SAMPLE { gatherer.announce(reader.bytes_read(), length) } else { Ok(()) };
             // Nothing waits here while the source has no further bytes.
@@ -113,6 +113,10 @@ impl RunSource {
                 progress(reader.bytes_read());
             }
         }
+    }
+
+    fn name(&self) -> String {
+        if self.file == Path::new("-") { "stdin".to_owned() } else { self.file.display().to_string() }
     }
 
     fn take(&self, gatherer: &mut Gatherer, points: &[[f64; 2]], line: u64, retracts: bool) -> Result<(), Closed> {

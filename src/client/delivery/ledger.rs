@@ -85,10 +85,10 @@ enum End {
 
 impl Ledger {
     /// Nothing is sent yet.
-    pub fn new(strict: bool, place: &'static str) -> Self {
+    pub fn new(input_errors: InputErrors, place: &'static str) -> Self {
         let state = State {
             unanswered: BTreeMap::new(),
-            input_errors: InputErrors::new(strict),
+            input_errors,
             counts: Counts::default(),
             is_closing: false,
             end: None,
@@ -163,7 +163,12 @@ impl Ledger {
     pub fn settle(&self) -> Result<(), DeliveryError> {
         let mut state = self.state();
         state.input_errors.sum_up();
+        let Counts { accepted, taken_back, dropped, .. } = state.counts;
+        let rejected = state.input_errors.count();
         match state.end.take() {
+            Some(End::Closed) if accepted + taken_back + dropped == 0 && rejected > 0 => {
+                Err(DeliveryError::NothingUsable { rejected })
+            }
             None | Some(End::Closed) => Ok(()),
             Some(End::Failed(error)) => Err(error),
         }

@@ -127,6 +127,10 @@ fn what_is_no_row_and_no_header_is_reported() {
         ("a,b\n1,2,3\n4,5\n", &[1]),
         ("x,y\n1,2\n3,4,5\n6,7\n", &[3]),
         ("x,y\n", &[1]),
+        ("x,y\n1,2,3", &[2]),
+        ("id,x,y\n7\n8,1,2\n", &[2]),
+        ("a,b\n1,c\n1,2\n", &[1, 2]),
+        ("ab\n1x\n0,0\n", &[1, 2]),
     ] {
         let found = bad(input);
         let expected: Vec<String> = lines.iter().map(|line| format!("line {line}")).collect();
@@ -136,7 +140,7 @@ fn what_is_no_row_and_no_header_is_reported() {
         }
     }
     assert_eq!(bad("x,y\n"), ["line 1: this header has no rows after it: add rows, or leave it out"]);
-    assert_eq!(bad("x,y\n1,2,3"), ["line 1, column 1: \"x\" is not a number: write one such as 1.5 or -2e-3"]);
+    assert_eq!(bad("x,y\n1,2,3"), ["line 2: 3 columns, and the header has 2: complete the header, or mend the line"]);
 }
 
 #[test]

@@ -3,8 +3,8 @@
 //! In: the content of one line after the other (UTF-8, not blank, without comment).
 //! Out: the point and the event time on it, or what is wrong with it.
 //! Invariants: the separator of the first good line holds for all that follow, so that no line is ever read with a
-//! guess of its own. Every line is a point, or a header, or unusable. A header stands before all points, has no number
-//! in a chosen column, and as many columns as the line after it; so what a line may be a header is decided by the next.
+//! guess of its own. Every line is a point, or a header, or unusable. A header stands before all points. It names x and
+//! y, or has no number in a chosen column and as many columns as the row after it, so that the next line decides.
 //! Must not know: line ends, comments.
 
 use super::columns::{Columns, Places};
@@ -145,12 +145,14 @@ impl Table {
             Some((_, separator)) => separator,
             None => self.separator.unwrap_or_else(|| Separator::fitting(next, |cut| row(places, next, cut).is_ok())),
         };
-        let is_header = match candidate.named {
-            Some(_) => true,
-            // Of two such lines the first is none: nothing but a row follows a header.
-            None => row(places, next, separator).is_ok() || !is_header(places, next),
+        let is_as_wide = || are_as_wide(separator, &candidate.text, next);
+        let is_header = match (candidate.named, &candidate.fault) {
+            // What names x and y is a header, and rows of another width are not what it says.
+            (Some(_), Some(_)) => true,
+            (Some(_), None) => is_as_wide(),
+            (None, _) => row(places, next, separator).is_ok() && is_as_wide(),
         };
-        if !is_header || !are_as_wide(separator, &candidate.text, next) {
+        if !is_header {
             self.rejected = candidate.fault.map(|fault| fault.on_line(candidate.line));
             return;
         }
