@@ -106,7 +106,7 @@ impl<R: Read> Reader<R> {
         self.lines.consumed()
     }
 
-    /// What the header has chosen, for people; once, after it is known.
+    /// What the header has chosen, or that a comment may be a row, for people; once, after it is known.
     pub fn take_choice(&mut self) -> Option<String> {
         match &mut self.content {
             Content::Table(table) => table.take_choice(),

@@ -169,13 +169,20 @@ fn a_header_says_which_columns_are_x_and_y() {
 
 #[test]
 fn what_the_header_has_chosen_is_told_once() {
-    let columns = Columns::default();
-    let input = "id,lat,lon\n7,2,1\n8,4,3\n";
-    let mut reader = Reader::new(input.as_bytes(), Format::Text, columns, Limits::default());
-    let mut told = Vec::new();
-    while reader.next_record().unwrap().is_some() {
-        told.extend(reader.take_choice());
-    }
+    let told_of = |input: &str| {
+        let mut reader = Reader::new(input.as_bytes(), Format::Text, Columns::default(), Limits::default());
+        let mut told = Vec::new();
+        while reader.next_record().unwrap().is_some() {
+            told.extend(reader.take_choice());
+        }
+        told
+    };
+    assert_eq!(
+        told_of("#17,1,2\n#18,3,4\n# text\n"),
+        ["line 1: \"#17,1,2\" is taken for a comment: if it is a row, choose columns that are numbers"]
+    );
+    assert_eq!(told_of("# 2020: all\n1,2\n"), [""; 0]);
+    let told = told_of("id,lat,lon\n7,2,1\n8,4,3\n");
     assert_eq!(told, ["the header names columns: x is column 3 \"lon\", y is column 2 \"lat\""]);
 }
 
@@ -184,6 +191,9 @@ fn a_row_may_begin_with_the_mark_of_a_comment() {
     let input = "1,1,2\n#17,3,4\n# 18,5,6\n#19,7,8 # last\n#not a row\n";
     assert_eq!(table_with("2,3", input).unwrap(), ["+(1,2)", "+(3,4)", "+(7,8)"]);
     assert_eq!(table("1,2\n#3,4\n"), ["+(1,2)"], "a row that is commented out");
+    assert_eq!(table_with("2,3", "#17,1,2\n#18 3 4\n#19,5,6").unwrap(), ["+(1,2)", "+(5,6)"]);
+    assert_eq!(table("id,x,y\n#17,1,2\n"), ["+(1,2)"]);
+    assert_eq!(table("#17,1,2\n"), [""; 0]);
 }
 
 #[test]

@@ -26,8 +26,9 @@ pub(super) struct Table {
     width: Option<usize>,
     /// A line that was taken for a header, and is none.
     rejected: Option<BadLine>,
-    /// What was chosen by the header, for people, until somebody asks.
+    /// What was chosen, for people, until somebody asks.
     choice: Option<String>,
+    has_told_of_row: bool,
 }
 
 #[derive(Debug)]
@@ -63,7 +64,16 @@ pub(super) struct UnknownName(pub(super) String);
 impl Table {
     pub(super) fn new(columns: Columns) -> Self {
         let places = columns.places();
-        Self { columns, places, separator: None, stage: Stage::First, width: None, rejected: None, choice: None }
+        Self {
+            columns,
+            places,
+            separator: None,
+            stage: Stage::First,
+            width: None,
+            rejected: None,
+            choice: None,
+            has_told_of_row: false,
+        }
     }
 
     /// Parses the next line. The point is put into `points`.
@@ -90,6 +100,7 @@ impl Table {
     /// A comment may name the columns, if it stands before all points.
     pub(super) fn parse_comment(&mut self, comment: &str, number: u64) {
         let text = comment.trim_start_matches('#');
+        self.tell_of_row(text, number);
         if !matches!(self.stage, Stage::First | Stage::Header(Candidate { fault: None, .. })) {
             return;
         }
@@ -102,8 +113,26 @@ impl Table {
     /// Whether a line that begins like a comment is a row: its mark is part of a value, and each chosen column has a
     /// number.
     pub(super) fn is_row(&self, line: &str) -> bool {
-        let (Some(places), Some(separator)) = (self.places, self.separator) else { return false };
-        row(places, line, separator).is_ok()
+        let fits = |places, separator| row(places, line, separator).is_ok();
+        // The header that stands before it may have chosen others.
+        let named = if let Stage::Header(Candidate { named, .. }) = &self.stage { *named } else { None };
+        match (named, self.places, self.separator) {
+            (Some((places, separator)), ..) | (None, Some(places), Some(separator)) => fits(places, separator),
+            (None, Some(places), None) => Separator::candidates(line).any(|separator| fits(places, separator)),
+            (None, None, _) => false,
+        }
+    }
+
+    /// The first comment that would be a row without its mark is told, as somebody may have meant it for one.
+    fn tell_of_row(&mut self, text: &str, number: u64) {
+        let Some(places) = self.places.filter(|_| !self.has_told_of_row) else { return };
+        if Separator::candidates(text).any(|separator| row(places, text, separator).is_ok()) {
+            self.has_told_of_row = true;
+            let shown = Excerpt::of(format!("#{text}").as_bytes());
+            self.choice = Some(format!(
+                "line {number}: {shown} is taken for a comment: if it is a row, choose columns that are numbers"
+            ));
+        }
     }
 
     /// The input has ended: what was taken for a header has no rows.
@@ -122,7 +151,7 @@ impl Table {
         self.rejected.take()
     }
 
-    /// What the header has chosen, once.
+    /// What was chosen by the header, or left out as a comment, once.
     pub(super) fn take_choice(&mut self) -> Option<String> {
         self.choice.take()
     }
