@@ -42,8 +42,8 @@ pub struct Feed {
     /// Name of the stream; it is created if it is not there.
     #[arg(long, value_name = "NAME", default_value = "default", value_parser = name)]
     stream: String,
-    /// Which points stay: all, points:N (the last N), frames:N (the last N frames), time:T (the last T of event time, or
-    /// as 30s, 500ms, 2h where event times are seconds) [default: as the stream has it, else all].
+    /// Which points stay: all, points:N (the last N), frames:N (the last N frames), time:T (the last T of event time;
+    /// where it is in seconds also as 30s, 500ms, 2h) [default: as the stream has it, else all].
     #[arg(long, value_name = "WINDOW", value_parser = window)]
     window: Option<hopes::topology::Window>,
     /// Snap positions to a grid of this step [default: as the stream has it, else none].

@@ -5,8 +5,8 @@
 //! `{"points":[[x,y]],"t":0}`, `{"retract":[[x,y]]}` and `{"commit":true,"time":0}`. `t` and `time` may be left out
 //! or null, and may be written in ISO 8601; `t` also serves for a commit without `time`; members of other names, or of
 //! no use to the form, are ignored. A coordinate that is null, `NaN` or infinite is a number here that no point has.
-//! Invariants: points go straight into the caller's buffer; a listed point that is none takes no other with it; nothing of a value that is not used is kept, so memory
-//! is bounded by the line.
+//! Invariants: points go straight into the caller's buffer; a listed point that is none takes no other with it; nothing
+//! of a value that is not used is kept, so memory is bounded by the line.
 //! Must not know: line ends, line numbers, what becomes of the points.
 
 use std::collections::VecDeque;
@@ -205,8 +205,8 @@ fn stop<E: Error>(kept: &mut Option<Fault>, fault: Fault) -> E {
     E::custom("stopped")
 }
 
-/// A JSON object. Listed points go into `points`, what is wrong with single ones into `faults`, and what JSON has no word
-/// for into `fault`.
+/// A JSON object. Listed points go into `points`, what is wrong with single ones into `faults`, and what JSON has no
+/// word for into `fault`.
 struct Object<'a> {
     points: &'a mut Vec<[f64; 2]>,
     faults: &'a mut Faults,

@@ -3,8 +3,8 @@
 //! In: any [`Read`].
 //! Out: one line at a time, without its line end (`\n`, `\r\n` or `\r`), as a slice of the one buffer here.
 //! Invariants: a line is handed out as soon as its `\n` or `\r` has arrived, with no further read; a byte is searched
-//! for line ends once and moved a bounded number of times, however the source cuts its reads; the buffer never exceeds the
-//! longest line allowed and one [`CHUNK`].
+//! for line ends once and moved a bounded number of times, however the source cuts its reads; the buffer never exceeds
+//! the longest line allowed and one [`CHUNK`].
 //! Must not know: what a line says.
 
 use std::io::{self, Read};

@@ -46,7 +46,7 @@ pub struct Reader<R> {
 /// What the lines hold.
 #[derive(Debug)]
 enum Content {
-    Table(Table),
+    Table(Box<Table>),
     Json(Faults),
 }
 
@@ -54,7 +54,7 @@ impl<R: Read> Reader<R> {
     /// Reads `source` as `format`. Only a table has `columns`; JSON lines ignore them.
     pub fn new(source: R, format: Format, columns: Columns, limits: Limits) -> Self {
         let content = match format {
-            Format::Text => Content::Table(Table::new(columns)),
+            Format::Text => Content::Table(Box::new(Table::new(columns))),
             Format::JsonLines => Content::Json(Faults::default()),
         };
         Self { lines: Lines::new(source, limits.line_bytes), content, points: Vec::new(), held: None }
@@ -92,6 +92,7 @@ impl<R: Read> Reader<R> {
 
     /// The number of the line of the last record, counted from 1; 0 before the first. After the end
     /// it is the number of lines.
+    #[cfg(test)]
     pub fn line(&self) -> u64 {
         self.lines.number()
     }
