@@ -41,8 +41,8 @@ pub struct Compute {
     /// How the points are written.
     #[arg(long, value_enum, default_value_t)]
     input: Input,
-    /// Columns of a table, by number from 1 or by name in the header [default: what the header calls x and y, or lon and
-    /// lat; else 1,2].
+    /// Columns of a table, by number from 1 or by name in the header [default: what the header calls x and y, or lon
+    /// and lat; else 1,2].
     #[arg(long, value_name = "X,Y")]
     columns: Option<Columns>,
     /// Snap positions to a grid of this step.

@@ -187,8 +187,9 @@ impl PointSource {
             let (offset, message) = match frames.next()? {
                 Next::End => return Ok(Ok(())),
                 Next::CutOff { offset } => {
-                    tracing::warn!("the input is cut off at byte {offset}: all before it was sent");
-                    return Ok(Ok(()));
+                    return Ok(
+                        batcher.report_error(format!("the input is cut off at byte {offset}: all before it was sent"))
+                    );
                 }
                 Next::Message { offset, message, .. } => (offset, message),
             };

@@ -111,14 +111,27 @@ pub enum Member {
     Retract,
     /// The end of a frame.
     Commit,
-    /// The time of a commit.
+    /// The time of a commit; that of points if the window wants times and there is no `t`.
     Time,
+    /// As `time`, of points only.
+    Stamp,
+    /// As `time`, of points only.
+    Timestamp,
 }
 
 impl Member {
     /// Every member, in the order of the variants.
-    pub(super) const ALL: [Self; 7] =
-        [Self::X, Self::Y, Self::T, Self::Points, Self::Retract, Self::Commit, Self::Time];
+    pub(super) const ALL: [Self; 9] = [
+        Self::X,
+        Self::Y,
+        Self::T,
+        Self::Points,
+        Self::Retract,
+        Self::Commit,
+        Self::Time,
+        Self::Stamp,
+        Self::Timestamp,
+    ];
 
     /// Its name in a JSON object.
     pub const fn name(self) -> &'static str {
@@ -130,6 +143,8 @@ impl Member {
             Self::Retract => "retract",
             Self::Commit => "commit",
             Self::Time => "time",
+            Self::Stamp => "stamp",
+            Self::Timestamp => "timestamp",
         }
     }
 

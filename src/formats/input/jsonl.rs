@@ -4,7 +4,8 @@
 //! Out: what it says, or what is wrong with it. The forms are `[x,y]`, `[x,y,t]`, `{"x":0,"y":0,"t":0}`,
 //! `{"points":[[x,y]],"t":0}`, `{"retract":[[x,y]]}` and `{"commit":true,"time":0}`. `t` and `time` may be left out
 //! or null, and may be written in ISO 8601; `t` also serves for a commit without `time`; members of other names, or of
-//! no use to the form, are ignored. A coordinate that is null, `NaN` or infinite is a number here that no point has.
+//! no use to the form, are ignored. Where event times are wanted, `t` of points may also be called `time`, `stamp` or
+//! `timestamp`. A coordinate that is null, `NaN` or infinite is a number here that no point has.
 //! Invariants: points go straight into the caller's buffer; a listed point that is none takes no other with it; nothing
 //! of a value that is not used is kept, so memory is bounded by the line.
 //! Must not know: line ends, line numbers, what becomes of the points.
@@ -53,9 +54,15 @@ impl Faults {
     }
 }
 
-/// Parses a line. Points are put into `points`, and what is wrong with single ones into `faults`.
-pub(super) fn parse(line: &str, points: &mut Vec<[f64; 2]>, faults: &mut Faults) -> Result<Parsed, Fault> {
-    let parsed = parse_strictly(line, points, faults);
+/// Parses a line. Points are put into `points`, and what is wrong with single ones into `faults`. If event times are
+/// wanted, they may have other names than `t`.
+pub(super) fn parse(
+    line: &str,
+    wants_times: bool,
+    points: &mut Vec<[f64; 2]>,
+    faults: &mut Faults,
+) -> Result<Parsed, Fault> {
+    let parsed = parse_strictly(line, wants_times, points, faults);
     if !matches!(parsed, Err(Fault { reason: BadLineReason::Json { .. }, .. })) {
         return parsed;
     }
@@ -63,17 +70,22 @@ pub(super) fn parse(line: &str, points: &mut Vec<[f64; 2]>, faults: &mut Faults)
     points.clear();
     faults.clear();
     // Places in the line with quotes are not those of the line.
-    parse_strictly(&quoted, points, faults).map_err(|fault| match fault.field {
+    parse_strictly(&quoted, wants_times, points, faults).map_err(|fault| match fault.field {
         Some(Field::Byte(_)) => Fault::of_line(fault.reason),
         _ => fault,
     })
 }
 
-fn parse_strictly(line: &str, points: &mut Vec<[f64; 2]>, faults: &mut Faults) -> Result<Parsed, Fault> {
+fn parse_strictly(
+    line: &str,
+    wants_times: bool,
+    points: &mut Vec<[f64; 2]>,
+    faults: &mut Faults,
+) -> Result<Parsed, Fault> {
     let content = line.trim_ascii_start();
     match content.as_bytes().first() {
         Some(b'[') => parse_array(line, points),
-        Some(b'{') => parse_object(line, points, faults),
+        Some(b'{') => parse_object(line, wants_times, points, faults),
         _ => {
             let found = Excerpt::of(content.as_bytes());
             Err(Fault::of_line(BadLineReason::NotAnEntry { found }))
@@ -92,7 +104,12 @@ fn parse_array(line: &str, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> 
     Ok(Parsed::Points { time: time(t, Member::T)? })
 }
 
-fn parse_object(line: &str, points: &mut Vec<[f64; 2]>, faults: &mut Faults) -> Result<Parsed, Fault> {
+fn parse_object(
+    line: &str,
+    wants_times: bool,
+    points: &mut Vec<[f64; 2]>,
+    faults: &mut Faults,
+) -> Result<Parsed, Fault> {
     let mut fault = None;
     let mut json = serde_json::Deserializer::from_str(line);
     let object = Object { points, faults, fault: &mut fault };
@@ -100,7 +117,7 @@ fn parse_object(line: &str, points: &mut Vec<[f64; 2]>, faults: &mut Faults) -> 
     match (members, fault) {
         (_, Some(fault)) => Err(fault),
         (Err(error), None) => Err(json_fault(&error)),
-        (Ok(members), None) => members.assemble(points),
+        (Ok(members), None) => members.assemble(wants_times, points),
     }
 }
 
@@ -268,12 +285,12 @@ impl Members {
     }
 
     /// Decides which form the object has, and reads it as that.
-    fn assemble(mut self, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
+    fn assemble(mut self, wants_times: bool, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
         match self.form()? {
-            Member::Points => Ok(Parsed::Points { time: self.time(Member::T)? }),
+            Member::Points => Ok(Parsed::Points { time: self.event_time(wants_times)? }),
             Member::Retract => Ok(Parsed::Retract),
             Member::Commit => self.commit(),
-            _ => self.point(points),
+            _ => self.point(wants_times, points),
         }
     }
 
@@ -290,11 +307,11 @@ impl Members {
         }
     }
 
-    fn point(mut self, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
+    fn point(mut self, wants_times: bool, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
         let x = self.coordinate(Member::X)?;
         let y = self.coordinate(Member::Y)?;
         points.push([x, y]);
-        Ok(Parsed::Points { time: self.time(Member::T)? })
+        Ok(Parsed::Points { time: self.event_time(wants_times)? })
     }
 
     fn coordinate(&mut self, member: Member) -> Result<f64, Fault> {
@@ -314,6 +331,14 @@ impl Members {
         }
         let time = self.time(Member::Time)?;
         Ok(Parsed::Commit { time: if time.is_some() { time } else { self.time(Member::T)? } })
+    }
+
+    /// The time of points: `t`, else one of the other names if times are wanted.
+    fn event_time(&mut self, wants_times: bool) -> Result<Option<f64>, Fault> {
+        let others = [Member::Time, Member::Stamp, Member::Timestamp];
+        let other = others.into_iter().find(|&member| wants_times && self.has(member));
+        let member = if self.has(Member::T) { Member::T } else { other.unwrap_or(Member::T) };
+        self.time(member)
     }
 
     fn time(&mut self, member: Member) -> Result<Option<f64>, Fault> {

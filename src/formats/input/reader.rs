@@ -47,15 +47,16 @@ pub struct Reader<R> {
 #[derive(Debug)]
 enum Content {
     Table(Box<Table>),
-    Json(Faults),
+    Json { wants_times: bool, faults: Faults },
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads `source` as `format`. Only a table has `columns`; JSON lines ignore them.
+    /// Reads `source` as `format`. Only a table has `columns`; of them JSON lines take
+    /// whether event times are wanted.
     pub fn new(source: R, format: Format, columns: Columns, limits: Limits) -> Self {
         let content = match format {
             Format::Text => Content::Table(Box::new(Table::new(columns))),
-            Format::JsonLines => Content::Json(Faults::default()),
+            Format::JsonLines => Content::Json { wants_times: columns.wants_times(), faults: Faults::default() },
         };
         Self { lines: Lines::new(source, limits.line_bytes), content, points: Vec::new(), held: None }
     }
@@ -111,7 +112,7 @@ impl<R: Read> Reader<R> {
     pub fn take_choice(&mut self) -> Option<String> {
         match &mut self.content {
             Content::Table(table) => table.take_choice(),
-            Content::Json(_) => None,
+            Content::Json { .. } => None,
         }
     }
 
@@ -150,12 +151,12 @@ impl Content {
 
     /// What is wrong with a single point of the last line.
     fn take_fault(&mut self) -> Option<Fault> {
-        let Self::Json(faults) = self else { return None };
+        let Self::Json { faults, .. } = self else { return None };
         faults.next()
     }
 
     fn has_fault(&self) -> bool {
-        matches!(self, Self::Json(faults) if !faults.is_empty())
+        matches!(self, Self::Json { faults, .. } if !faults.is_empty())
     }
 
     /// Only the end of the line is trimmed, so that places in it remain what they are.
@@ -175,9 +176,9 @@ impl Content {
                 Ok(line) => table.parse(line, number, points),
                 Err(fault) => Ok(Parsed::Bad(fault)),
             },
-            (Some(b'#'), Self::Json(_)) => Ok(Parsed::Nothing),
-            (Some(_), Self::Json(faults)) => {
-                let parsed = text(line).and_then(|line| jsonl::parse(line, points, faults));
+            (Some(b'#'), Self::Json { .. }) => Ok(Parsed::Nothing),
+            (Some(_), Self::Json { wants_times, faults }) => {
+                let parsed = text(line).and_then(|line| jsonl::parse(line, *wants_times, points, faults));
                 Ok(parsed.unwrap_or_else(|fault| {
                     faults.clear();
                     Parsed::Bad(fault)

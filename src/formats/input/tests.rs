@@ -418,6 +418,15 @@ fn times_may_be_written_in_iso_8601() {
         table_with("1,2,3", format!("1,2,{time}\n3,4,1970-01-01 00:02\n")).unwrap(),
         ["+(1,2)@60", "+(3,4)@120"]
     );
+    let timed = |input: &str| {
+        let columns = Columns::default().with_times(true);
+        read_all(&mut Reader::new(input.as_bytes(), Format::JsonLines, columns, Limits::default())).unwrap()
+    };
+    for name in ["t", "time", "stamp", "timestamp"] {
+        assert_eq!(timed(&format!(r#"{{"x":1,"y":2,"{name}":60}}"#)), ["+(1,2)@60"]);
+        assert_eq!(timed(&format!(r#"{{"{name}":"{time}","points":[[1,2]]}}"#)), ["+(1,2)@60"]);
+    }
+    assert_eq!(timed(r#"{"x":1,"y":2,"time":"noon","t":3}"#), ["+(1,2)@3"]);
     let header = format!("x,y,when\n1,2,{time}\n");
     assert_eq!(table_with("x,y,when", header).unwrap(), ["+(1,2)@60"]);
 }
