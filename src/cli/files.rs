@@ -8,17 +8,22 @@
 mod growing;
 mod new_file;
 mod patience;
+mod points;
 mod standard;
 
 use std::fs::File;
-use std::io::{BufWriter, Read, Write};
+use std::io::{BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 
 use anyhow::Context;
 
+use super::Failure;
+use crate::formats::messages::MessageForm;
+
 pub use growing::Growing;
 pub use new_file::NewFile;
 pub use patience::end_in_time;
+pub use points::{point_form, point_stdout};
 pub use standard::{check_stdin, stdout};
 
 /// What is said of a stdout that takes no more.
@@ -36,6 +41,25 @@ pub fn open(path: &Path) -> anyhow::Result<Box<dyn Read + Send>> {
         return Ok(Box::new(std::io::stdin()));
     }
     Ok(Box::new(File::open(path).with_context(|| format!("cannot open {}", path.display()))?))
+}
+
+/// Stdout, for bytes that a terminal cannot show; `instead` is what else can be done with them.
+pub fn binary_stdout(what: &str, instead: &str) -> Result<File, Failure> {
+    let stdout = stdout()?;
+    if stdout.is_terminal() {
+        return Err(Failure::usage(format!(
+            "{what} is not written to a terminal: use {instead}, or send stdout to a file or another program"
+        )));
+    }
+    Ok(stdout)
+}
+
+/// Stdout, for messages of this form.
+pub fn message_stdout(form: MessageForm) -> Result<File, Failure> {
+    match form {
+        MessageForm::Bin => binary_stdout("a recording", "hopes record -o FILE or another --output"),
+        MessageForm::Text | MessageForm::Events | MessageForm::Jsonl => Ok(stdout()?),
+    }
 }
 
 /// A file that takes its place when it is whole.

@@ -12,12 +12,14 @@ use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 
-use hopes::topology::{CoordinateError, Pipeline, Position, Refusal};
+use hopes::topology::{CoordinateError, Exact, Pipeline, Position, Refusal};
 use thiserror::Error;
 
 use super::input::{Columns, Format, Limits, ReadError, Reader, Record};
+use super::projection::Projector;
 
 /// Where points come from.
+#[derive(Clone)]
 pub struct RunSource {
     /// The file; - for stdin.
     pub file: PathBuf,
@@ -208,6 +210,23 @@ pub struct Run {
 }
 
 impl Run {
+    /// Takes its points from degrees to metres. Those that have no place there are left out, each with its line and the
+    /// reason.
+    pub fn project(&mut self, projector: &mut Projector) -> Vec<String> {
+        let mut refused = Vec::new();
+        let (points, lines) = (std::mem::take(&mut self.points), std::mem::take(&mut self.lines));
+        for (point, line) in points.into_iter().zip(lines) {
+            match projector.metres(point) {
+                Ok(metres) => {
+                    self.points.push(metres);
+                    self.lines.push(line);
+                }
+                Err(error) => refused.push(format!("line {line}: {error}")),
+            }
+        }
+        refused
+    }
+
     /// Feeds a pipeline. The points that it refuses, each with its line and the reason.
     pub fn feed(&self, pipeline: &mut Pipeline) -> impl Iterator<Item = String> + '_ {
         let refusals: Vec<(usize, Refusal)> = match self.retracts {
@@ -220,5 +239,5 @@ impl Run {
 
 /// In the words of the daemon.
 fn refused([x, y]: [f64; 2], line: u64, reason: &dyn Display) -> String {
-    format!("line {line}, point ({x}, {y}): {reason}")
+    format!("line {line}, point ({}, {}): {reason}", Exact(x), Exact(y))
 }

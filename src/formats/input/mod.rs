@@ -34,7 +34,7 @@ mod text;
 #[cfg(test)]
 mod tests;
 
-pub use columns::Columns;
+pub use columns::{Columns, ColumnsError};
 pub use error::ReadError;
 pub use excerpt::Excerpt;
 pub use format::Format;
