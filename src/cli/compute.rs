@@ -143,10 +143,13 @@ impl Compute {
         if files::is_pipe(&self.file) {
             files::check_stdin()?;
         }
-        // A stdout that is closed is refused before the work.
+        // An output that cannot be written is refused before the work.
         let output = self.output.as_deref().filter(|&path| !files::is_pipe(path));
         let stdout = match output {
-            Some(_) => None,
+            Some(path) => {
+                files::check_place(path)?;
+                None
+            }
             None if format == OutputFormat::Png => Some(files::binary_stdout("a PNG", "-o picture.png")?),
             None => Some(files::stdout()?),
         };

@@ -12,7 +12,7 @@ mod points;
 mod standard;
 
 use std::fs::File;
-use std::io::{BufWriter, IsTerminal, Read, Write};
+use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 
 use anyhow::Context;
@@ -65,6 +65,19 @@ pub fn message_stdout(form: MessageForm) -> Result<File, Failure> {
 /// A file that takes its place when it is whole.
 pub fn create(path: &Path) -> anyhow::Result<NewFile> {
     NewFile::create(path).with_context(|| cannot_write(path))
+}
+
+/// Refuses a file that could never be made, before the work for it is done.
+pub fn check_place(path: &Path) -> anyhow::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let place = std::fs::metadata(folder);
+    let reason = match place {
+        Ok(place) if !place.is_dir() => Some(io::ErrorKind::NotADirectory.into()),
+        Ok(_) if path.is_dir() => Some(io::ErrorKind::IsADirectory.into()),
+        Ok(_) => None,
+        Err(error) => Some(error),
+    };
+    reason.map_or(Ok(()), |error: io::Error| Err(error).with_context(|| cannot_write(path)))
 }
 
 /// A file that is seen while it grows, without a known end.

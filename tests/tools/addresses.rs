@@ -59,8 +59,8 @@ fn without_a_variable_there_is_a_socket_of_ones_own() {
     let of_session = |arguments: &str| at_home(arguments, home.path()).set("XDG_RUNTIME_DIR", session.path());
     let in_temporary = |arguments: &str| at_home(arguments, home.path());
     let folder = home.path().join(format!("hopes-{user}"));
-    let places: [(&dyn Fn(&str) -> Hopes, &Path); 2] = [(&of_session, session.path()), (&in_temporary, &folder)];
-    for (client, folder) in places {
+    let clients: [&dyn Fn(&str) -> Hopes; 2] = [&of_session, &in_temporary];
+    for (client, folder) in clients.into_iter().zip([session.path(), &folder]) {
         let socket = folder.join("hopes.sock");
         let daemon = listening(&client("serve --listen"), &format!("unix:{}", socket.display()));
         assert_eq!(std::fs::metadata(&socket).unwrap().mode() & 0o777, 0o600);

@@ -32,7 +32,7 @@ impl FromStr for ChosenColumns {
 #[derive(Clone, Copy, Debug, Args)]
 pub struct ProjectArgs {
     /// Points are longitudes and latitudes in degrees: take them as metres east and north of the first point, or of
-    /// LON,LAT.
+    /// LON,LAT. Of serve: those on stdin.
     ///
     /// A degree of longitude is shorter than one of latitude, and neither is a length. Scales, windows and grids are
     /// then in metres, and so are all coordinates that are written, but GeoJSON has degrees again. The plane is

@@ -38,6 +38,7 @@ pub struct Cell {
 /// The places of all panels.
 pub struct Grid {
     columns: usize,
+    tall: f64,
     cells: Vec<Cell>,
     bottom: f64,
 }
@@ -47,7 +48,7 @@ impl Grid {
     pub fn new(panels: &[Panel<'_>], [width, height]: [f64; 2]) -> Self {
         let columns = columns(panels.len());
         let proportion = if width > 0.0 && (height / width).is_finite() { height / width } else { 1.0 };
-        let tall = (WIDTH * proportion).clamp(HEIGHTS[0], HEIGHTS[1]);
+        let tall = (WIDTH * proportion).clamp(HEIGHTS[0], HEIGHTS[1]).round();
         let mut cells = Vec::with_capacity(panels.len());
         let mut top = HEADER;
         for row in panels.chunks(columns) {
@@ -59,12 +60,17 @@ impl Grid {
             let lowest = cells.iter().map(|cell| cell.panel.bottom()).fold(top, f64::max);
             top = lowest + if has_axis { AXIS_BELOW } else { BETWEEN };
         }
-        Self { columns, cells, bottom: top }
+        Self { columns, tall, cells, bottom: top }
     }
 
     /// Each panel's place.
     pub fn cells(&self) -> &[Cell] {
         &self.cells
+    }
+
+    /// The size of all panels of the plane.
+    pub fn plane(&self) -> Rect {
+        Rect { x: 0.0, y: 0.0, width: WIDTH, height: self.tall }
     }
 
     /// Where lines of text begin.
@@ -89,7 +95,10 @@ impl Grid {
 
 /// Up to three panels are a row; more are about as many rows as columns.
 fn columns(panels: usize) -> usize {
-    (1..).find(|side| side * side >= panels).unwrap_or(1).max(panels.min(3)).max(1)
+    match panels {
+        0..=3 => panels.max(1),
+        _ => (2..).find(|side| side * side >= panels).unwrap_or(panels),
+    }
 }
 
 fn cell(corner: [f64; 2], tall: f64, is_diagram: bool) -> Cell {
@@ -129,6 +138,6 @@ mod tests {
                 }
             }
         }
-        assert_eq!([1, 2, 3, 4, 5, 6, 9, 10].map(columns), [1, 2, 3, 3, 3, 3, 3, 4]);
+        assert_eq!([1, 2, 3, 4, 5, 6, 9, 10].map(columns), [1, 2, 3, 2, 3, 3, 3, 4]);
     }
 }

@@ -86,8 +86,7 @@ pub fn figure(figure: &Figure<'_>) -> String {
     let mut page = Page::new(grid.size(), &title, &caption::description(figure));
     page.text([grid.left(), 36.0], Type::new(Anchor::Start, INK).sized(20.0), &title);
     page.text([grid.left(), 58.0], Type::new(Anchor::Start, MUTED).sized(14.0), &facts(figure.skeleton));
-    let [first, ..] = grid.cells() else { return page.finish() };
-    let drawing = Drawing { figure, camera: Camera::new(extent, first.panel) };
+    let drawing = Drawing { figure, camera: Camera::new(extent, grid.plane()) };
     drawing.define_photo(&mut page);
     let mut has_bar = false;
     for ((panel, scene), cell) in figure.panels.iter().zip(&scenes).zip(grid.cells()) {

@@ -101,6 +101,20 @@ fn a_picture_lies_under_its_pixels() {
     assert!((first[1] - (corner[1] + scale / 2.0)).abs() < 0.02, "{first:?} {corner:?}");
 }
 
+/// A diagram is smaller than a panel of the plane, wherever it stands.
+#[test]
+fn panels_of_the_plane_are_the_same_behind_a_diagram() {
+    let frame = frame(&SQUARES);
+    let view = frame.view(derived(1, 1));
+    let points = |panels| {
+        let text = figure(&Figure { name: None, skeleton: &frame.skeleton, photo: None, panels });
+        let document = Document::parse(&text).unwrap();
+        let dots = document.descendants().find(|node| node.attribute("class") == Some("points")).unwrap();
+        dots.attribute("d").unwrap().to_owned()
+    };
+    assert_eq!(points(vec![Panel::Diagram(&view), Panel::Cloud]), points(vec![Panel::Cloud, Panel::Diagram(&view)]));
+}
+
 #[test]
 fn a_panel_alone_has_only_what_it_needs() {
     let frame = frame(&SQUARES);
