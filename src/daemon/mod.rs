@@ -66,7 +66,7 @@ mod signals;
 mod stop;
 mod streams;
 
-pub use address::Address;
+pub use address::{Address, AddressError};
 pub use connections::listener::{ListenError, bind_tcp};
 pub use connections::socket::{Socket, Transport};
 pub use error::DaemonError;

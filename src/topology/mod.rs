@@ -104,6 +104,7 @@ mod skeleton;
 mod testing;
 mod tracks;
 
+pub use base::Exact;
 pub use cloud::{
     Axis, Cloud, CloudChange, CoordinateError, MAX_COORDINATE, MIN_COORDINATE, Position, Refusal, Slot, Staging,
     Vertex, VertexId, Window,

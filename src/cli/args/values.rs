@@ -5,10 +5,47 @@
 //! Invariants: a value that the core could not use is refused here.
 //! Must not know: options.
 
-use std::num::NonZeroU64;
+use std::num::{NonZeroU32, NonZeroU64, NonZeroUsize};
 
 use hopes::scene::{Kind, UnknownScene};
 use hopes::topology::Window;
+
+/// The rank of a gap, from 1.
+pub fn rank(word: &str) -> Result<NonZeroU32, String> {
+    word.parse().map_err(|_| format!("{word:?} is no rank: gaps are counted from 1, the widest"))
+}
+
+/// A whole number.
+pub fn whole(word: &str) -> Result<u64, String> {
+    word.parse().map_err(|_| format!("{word:?} is not a whole number from 0 to {}", u64::MAX))
+}
+
+/// A whole number, from 1.
+pub fn from_one(word: &str) -> Result<u64, String> {
+    let number = word.parse().ok().filter(|&number| number > 0);
+    number.ok_or_else(|| format!("{word:?} is not a whole number from 1 to {}", u64::MAX))
+}
+
+/// A number of things that memory may hold.
+pub fn how_many(word: &str) -> Result<usize, String> {
+    word.parse().map_err(|_| format!("{word:?} is not a whole number from 0 up"))
+}
+
+/// A whole number, from LOW to HIGH.
+pub fn within<const LOW: u32, const HIGH: u32>(word: &str) -> Result<u32, String> {
+    let number = word.parse().ok().filter(|number| (LOW..=HIGH).contains(number));
+    number.ok_or_else(|| format!("{word:?} is not a whole number from {LOW} to {HIGH}"))
+}
+
+/// A number of things, from 1.
+pub fn at_least_one(word: &str) -> Result<NonZeroU32, String> {
+    word.parse().map_err(|_| format!("{word:?} is not a whole number from 1 to {}", u32::MAX))
+}
+
+/// A number of things that memory may hold, from 1.
+pub fn many(word: &str) -> Result<NonZeroUsize, String> {
+    word.parse().map_err(|_| format!("{word:?} is not a whole number from 1 up"))
+}
 
 /// A rate or a speed: a positive number.
 pub fn rate(word: &str) -> Result<f64, String> {
@@ -18,7 +55,7 @@ pub fn rate(word: &str) -> Result<f64, String> {
 /// A scale: a number, not negative.
 pub fn scale(word: &str) -> Result<f64, String> {
     let value = number(word)?;
-    if value >= 0.0 { Ok(value) } else { Err(format!("{value} is negative: a scale is a radius")) }
+    if value >= 0.0 { Ok(value) } else { Err(format!("{word} is negative: a scale is a radius, from 0")) }
 }
 
 /// The step of a grid: a positive number.
@@ -52,7 +89,7 @@ fn time(word: &str) -> Result<f64, String> {
 /// A length of real time, such as `100ms` or `2s`; not zero.
 pub fn duration(word: &str) -> Result<std::time::Duration, String> {
     let duration = humantime::parse_duration(word).map_err(|error| format!("{error}: write it as 100ms or 2s"))?;
-    if duration.is_zero() { Err("a frame must take some time".to_owned()) } else { Ok(duration) }
+    if duration.is_zero() { Err(format!("{word} is no time at all: write it as 100ms or 2s")) } else { Ok(duration) }
 }
 
 /// An address of the page.
@@ -69,7 +106,7 @@ pub fn scene(word: &str) -> Result<Kind, String> {
 
 fn positive(word: &str, what: &str) -> Result<f64, String> {
     let value = number(word)?;
-    if value > 0.0 { Ok(value) } else { Err(format!("{value} is not a {what}: it must be above 0")) }
+    if value > 0.0 { Ok(value) } else { Err(format!("{word} is not a {what}: it must be above 0")) }
 }
 
 /// A finite number.

@@ -16,7 +16,7 @@ use super::jsonl::{self, Faults};
 use super::lines::{BYTE_ORDER_MARK, Line, Lines};
 use super::record::{Parsed, Record};
 use super::separator::without_comment;
-use super::text::{Table, UnknownName};
+use super::text::{Choice, Table, UnknownName};
 
 /// What a reader does not exceed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,7 +110,7 @@ impl<R: Read> Reader<R> {
     }
 
     /// What the header has chosen, or that a comment may be a row, for people; once, after it is known.
-    pub fn take_choice(&mut self) -> Option<String> {
+    pub fn take_choice(&mut self) -> Option<Choice> {
         match &mut self.content {
             Content::Table(table) => table.take_choice(),
             Content::Json { .. } => None,

@@ -27,8 +27,17 @@ pub(super) struct Table {
     /// A line that was taken for a header, and is none.
     rejected: Option<BadLine>,
     /// What was chosen, for people, until somebody asks.
-    choice: Option<String>,
+    choice: Option<Choice>,
     has_told_of_row: bool,
+}
+
+/// What was chosen without being asked for, for people.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// In words.
+    pub text: String,
+    /// The names of the columns of x and y, if names were the reason.
+    pub names: Vec<String>,
 }
 
 #[derive(Debug)]
@@ -133,9 +142,10 @@ impl Table {
         if Separator::candidates(text).any(|separator| row(places, text, separator).is_ok()) {
             self.has_told_of_row = true;
             let shown = Excerpt::of(format!("#{text}").as_bytes());
-            self.choice = Some(format!(
+            let text = format!(
                 "line {number}: {shown} is taken for a comment: if it is a row, choose columns that are numbers"
-            ));
+            );
+            self.choice = Some(Choice { text, names: Vec::new() });
         }
     }
 
@@ -160,7 +170,7 @@ impl Table {
     }
 
     /// What was chosen by the header, or left out as a comment, once.
-    pub(super) fn take_choice(&mut self) -> Option<String> {
+    pub(super) fn take_choice(&mut self) -> Option<Choice> {
         self.choice.take()
     }
 
@@ -256,12 +266,15 @@ fn are_as_wide(separator: Separator, header: &str, next: &str) -> bool {
     count(header) == count(next) || last(header) == last(next)
 }
 
-/// What was chosen, for people.
-fn choice(places: Places, separator: Separator, header: &str) -> String {
-    let name = |place| Excerpt::of(separator.split(header).nth(place).unwrap_or_default().trim().as_bytes());
-    let (x, y) = (name(places.x), name(places.y));
-    let time = places.time.map(|place| format!(", t is column {} {}", place + 1, name(place))).unwrap_or_default();
-    format!("the header names columns: x is column {} {x}, y is column {} {y}{time}", places.x + 1, places.y + 1)
+/// What a header has chosen.
+fn choice(places: Places, separator: Separator, header: &str) -> Choice {
+    let name = |place| separator.split(header).nth(place).unwrap_or_default();
+    let shown = |place| Excerpt::of(name(place).as_bytes());
+    let time = places.time.map(|place| format!(", t is column {} {}", place + 1, shown(place))).unwrap_or_default();
+    let (x, y) = (shown(places.x), shown(places.y));
+    let text =
+        format!("the header names columns: x is column {} {x}, y is column {} {y}{time}", places.x + 1, places.y + 1);
+    Choice { text, names: [places.x, places.y].map(|place| name(place).to_owned()).to_vec() }
 }
 
 fn place_of(name: &str, header: &str, separator: Separator) -> Option<usize> {

@@ -7,6 +7,7 @@
 use thiserror::Error;
 
 use super::position::CoordinateError;
+use crate::topology::base::Exact;
 
 /// Why a point was refused. The cloud is as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -31,7 +32,7 @@ pub enum Refusal {
         oldest: f64,
     },
     /// No point is there to retract.
-    #[error("there is no point at ({x}, {y}) to retract")]
+    #[error("there is no point at ({}, {}) to retract", Exact(*.x), Exact(*.y))]
     NotThere {
         /// First coordinate.
         x: f64,

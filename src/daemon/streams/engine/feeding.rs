@@ -10,7 +10,7 @@
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use hopes::topology::{VertexId, Window};
+use hopes::topology::{Exact, VertexId, Window};
 
 use super::Engine;
 use crate::daemon::streams::error::EngineError;
@@ -241,7 +241,11 @@ impl Engine {
                 self.rejected += 1;
                 if let Some(line) = batch.lines.get(index) {
                     let (x, y) = batch.positions[index];
-                    self.input_errors.add(&format_args!("line {line}, point ({x}, {y}): {reason}"))?;
+                    self.input_errors.add(&format_args!(
+                        "line {line}, point ({}, {}): {reason}",
+                        Exact(x),
+                        Exact(y)
+                    ))?;
                 }
                 reply.refuse(index, &reason);
             }
