@@ -11,6 +11,8 @@ mod hostile;
 mod origins;
 #[path = "view/page.rs"]
 mod page;
+#[path = "view/proxy.rs"]
+mod proxy;
 #[path = "view/shutdown.rs"]
 mod shutdown;
 #[path = "view/websocket.rs"]

@@ -14,7 +14,9 @@ use clap::{ArgGroup, Args, ValueEnum};
 use hopes::topology::Options;
 use hopes_protocol::{Simplify, View};
 
-use super::args::{PLACES, SocketArgs, TrackArgs, ViewArgs, duration, host_and_port, resolution, window};
+use super::args::{
+    PLACES, SocketArgs, TrackArgs, ViewArgs, duration, host_and_port, host_name, origin, resolution, window,
+};
 use super::{Failure, files};
 use crate::daemon::{self, BATCH, Feed, Input, OutputFrame, Settings, Sink, Source, Stop, StreamSettings};
 use crate::formats::frame_writer::{FrameForm, FrameWriter};
@@ -83,7 +85,7 @@ pub struct Serve {
 }
 
 /// Where the live page is.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Live page")]
 struct PageArgs {
     /// Show all streams on a page at this address, for browsers; also /metrics, /healthz and /api/streams.
@@ -92,9 +94,17 @@ struct PageArgs {
     /// stdout is written only if --output is given; and the daemon runs until a signal comes.
     #[arg(long = "view", value_name = "HOST:PORT", group = PLACES, value_parser = host_and_port)]
     address: Option<String>,
-    /// A name by which browsers of other machines may ask for the page, besides its addresses. May be repeated.
-    #[arg(long = "view-host", value_name = "NAME", requires = "address", requires = "allow_remote")]
-    names: Vec<String>,
+    /// A name by which browsers may ask for the page, besides its addresses. May be repeated.
+    ///
+    /// Requests by any other name are refused. It opens nothing to other machines: that is --allow-remote.
+    #[arg(long = "view-host", value_name = "NAME", requires = "address", value_parser = host_name)]
+    hosts: Vec<String>,
+    /// Where a proxy on this machine shows the page, such as https://example.org. May be repeated.
+    ///
+    /// The page may then be anywhere below it. Its host is also a --view-host. Requests of pages of any other origin
+    /// are refused.
+    #[arg(long = "view-origin", value_name = "ORIGIN", requires = "address", value_parser = origin)]
+    origins: Vec<String>,
 }
 
 const EXAMPLES: &str = "Examples:
@@ -170,9 +180,9 @@ impl Serve {
         let columns = self.columns.clone();
         let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
         let allow_remote = self.sockets.allow_remote;
-        let PageArgs { address, names } = &self.page;
-        let place = |address: &String| PageAddress { address: address.clone(), names: names.clone(), allow_remote };
-        let page = address.as_ref().map(|address| Page::bind(place(address))).transpose()?;
+        let PageArgs { address, hosts, origins } = self.page.clone();
+        let page =
+            address.map(|address| Page::bind(PageAddress { address, hosts, origins, allow_remote })).transpose()?;
         let stop = Stop::listen().context("cannot listen to signals")?;
         Ok(daemon::run(self.settings(), source, sink, page.map(Page::http), &stop)?)
     }

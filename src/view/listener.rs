@@ -15,6 +15,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use super::http::{MAX_HEAD, Refusal, Request, Response};
+use super::names::Names;
 use super::routes::{HEALTH, Reply, Routes};
 use super::websocket::{self, WebSocket};
 use crate::daemon::{Address, HttpAccess, ListenError, Socket, StartHttp, StopHttp, bind_tcp};
@@ -47,12 +48,14 @@ const STOP_TIMEOUT: Duration = Duration::from_secs(1);
 const STACK: usize = 1 << 19;
 
 /// The address of the page, and its names.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct PageAddress {
     /// Host and port to listen at.
     pub address: String,
     /// Host names that requests may use, besides its addresses.
-    pub names: Vec<String>,
+    pub hosts: Vec<String>,
+    /// Origins at which proxies show the page, such as `https://example.org`.
+    pub origins: Vec<String>,
     /// Whether clients on other machines may connect.
     pub allow_remote: bool,
 }
@@ -121,8 +124,7 @@ struct Visit {
 struct Server {
     routes: Routes,
     access: HttpAccess,
-    /// The given host names in lower case.
-    names: Vec<String>,
+    names: Names,
     url: String,
 }
 
@@ -131,7 +133,7 @@ impl Listener {
         let Page { bound, at, address } = page;
         let system = |error| ListenError::System { address: Address::Tcp(address.address.clone()), error };
         tracing::info!("the page is at http://{at}/");
-        let names = address.names.iter().map(|name| name.to_ascii_lowercase()).collect();
+        let names = Names::new(&address.hosts, &address.origins);
         let routes = Routes::new(access.clone());
         let server = Arc::new(Server { routes, access, names, url: format!("http://{at}") });
         let is_stopping = Arc::new(AtomicBool::new(false));
@@ -259,24 +261,11 @@ impl Server {
 
     fn reply(&self, request: &Request, client: &Visit) -> Result<Reply, Refusal> {
         let is_websocket = Routes::is_websocket(request);
-        request.check_origin(|host| self.is_name(host, client.local), is_websocket)?;
+        self.names.check(request, client.local, is_websocket)?;
         if let Some(limit) = client.only_health.filter(|_| request.path != HEALTH) {
             return Err(too_many_clients(limit));
         }
         if is_websocket { websocket::handshake(request).map(Reply::Upgrade) } else { Ok(self.routes.reply(request)) }
-    }
-
-    /// Whether a host is one of this server's, for a client that has connected to a local address.
-    fn is_name(&self, host: &str, local: SocketAddr) -> bool {
-        let (ip, port) = (local.ip().to_canonical(), local.port());
-        let own = ["localhost".to_owned(), "127.0.0.1".to_owned(), "[::1]".to_owned(), host_of(ip)];
-        let is = |name: &str| {
-            let without = host.strip_prefix(name);
-            without
-                .is_some_and(|rest| rest.strip_prefix(':') == Some(&port.to_string()) || rest.is_empty() && port == 80)
-        };
-        // A given name may also be that of a proxy, which may have another port.
-        own.iter().any(|name| is(name)) || self.names.iter().any(|name| is(name) || host == name)
     }
 }
 
@@ -288,14 +277,6 @@ fn send(socket: &Socket, response: Response, is_head: bool, patience: Duration) 
     }
     socket.write(&head, patience)?;
     body.chunks(STEP).try_for_each(|step| socket.write(step, patience))
-}
-
-/// An address as it is written in a host.
-fn host_of(ip: IpAddr) -> String {
-    match ip {
-        IpAddr::V4(ip) => ip.to_string(),
-        IpAddr::V6(ip) => format!("[{ip}]"),
-    }
 }
 
 /// The request of a client, or its refusal, and the bytes after it; none if the client closed or sent nothing.

@@ -16,6 +16,7 @@ mod framing;
 mod http;
 mod listener;
 mod metrics;
+mod names;
 mod permits;
 mod routes;
 mod snapshot;

@@ -67,7 +67,7 @@ fn the_page_and_its_files_are_served_with_strict_headers() {
 }
 
 /// The scripts and style sheets that a file names in quotes, as paths.
-fn named_files(path: &str, text: &str) -> Vec<String> {
+pub fn named_files(path: &str, text: &str) -> Vec<String> {
     let folder = path.rsplit_once('/').unwrap().0;
     let words = text.split(['"', '\'']).filter(|word| word.ends_with(".js") || word.ends_with(".css"));
     let resolved = words.map(|word| match word.strip_prefix("../") {

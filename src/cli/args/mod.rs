@@ -15,5 +15,5 @@ mod view;
 pub use peers::{Connect, FollowArgs, To, name};
 pub use sockets::{PLACES, SocketArgs};
 pub use tracks::TrackArgs;
-pub use values::{duration, host_and_port, number, rate, resolution, scene, window};
+pub use values::{duration, host_and_port, host_name, number, origin, rate, resolution, scene, window};
 pub use view::{SimplifiedViewArgs, Threshold, ViewArgs};
