@@ -218,6 +218,13 @@ impl Response {
     }
 }
 
+/// The head of a response of status 200 whose body ends with the connection. Proxies that would collect it are told not
+/// to.
+pub fn endless(media_type: &str) -> Vec<u8> {
+    let own = format!("Cache-Control: no-store\r\nX-Accel-Buffering: no\r\nContent-Type: {media_type}\r\n\r\n");
+    format!("HTTP/1.1 200 {}\r\n{COMMON_FIELDS}{own}", reason(200)).into_bytes()
+}
+
 impl From<Refusal> for Response {
     fn from(refusal: Refusal) -> Self {
         let Refusal { status, text, field } = refusal;
