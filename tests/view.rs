@@ -5,6 +5,10 @@ mod answers;
 mod common;
 #[path = "view/demo.rs"]
 mod demo;
+#[path = "view/event_client.rs"]
+mod event_client;
+#[path = "view/events.rs"]
+mod events;
 #[path = "view/hostile.rs"]
 mod hostile;
 #[path = "view/origins.rs"]

@@ -7,6 +7,7 @@ use std::thread;
 use hopes_protocol::*;
 use tungstenite::ClientRequestBuilder;
 
+use super::event_client::Events;
 use super::page::{HttpClient, Page, Reply};
 use crate::common::random::Random;
 
@@ -132,7 +133,7 @@ fn the_websocket_is_there_below_the_path() {
             let request = ClientRequestBuilder::new("ws://example.org/hopes/ws".parse().unwrap())
                 .with_header("Origin", origin)
                 .with_sub_protocol("hopes");
-            tungstenite::client(request, TcpStream::connect(&proxy).unwrap())
+            tungstenite::client(request, TcpStream::connect(&proxy).unwrap()).map_err(|error| error.to_string())
         };
         let (mut socket, answer) = connect(ORIGIN).unwrap();
         assert_eq!(answer.headers()["sec-websocket-protocol"], "hopes");
@@ -152,7 +153,23 @@ fn the_websocket_is_there_below_the_path() {
             }
         };
         assert_eq!(snapshot.vertices.len(), 300);
-        assert!(connect("https://evil.example").is_err(), "another origin");
+        assert!(connect("https://evil.example").unwrap_err().contains("403"), "another origin");
+        page.daemon.stop();
+    }
+}
+
+#[test]
+fn frames_come_as_events_below_the_path() {
+    for (host, option) in HOSTS {
+        let page = Page::start(option);
+        let proxy = proxy(&page, host);
+        let mut producer = page.daemon.producer("cam");
+        producer.frame(&[(0.0, 0.0), (1.0, 0.0)]);
+        let fields = format!("Origin: {ORIGIN}\r\n");
+        let mut events = Events::at(&proxy, "example.org", "/hopes/api/streams/cam/frames", &fields);
+        assert_eq!(events.due().frames(), (0, 1));
+        producer.frame(&[(0.0, 1.0)]);
+        assert_eq!(events.due().frames(), (0, 2));
         page.daemon.stop();
     }
 }

@@ -89,7 +89,8 @@ impl Translator {
         if !self.has_banner {
             let Some(theirs) = self.decoder.banner().map_err(io::Error::other)? else { return Ok(answers) };
             self.has_banner = true;
-            self.decoder.set_version(Banner::OURS.agree(theirs).map_err(io::Error::other)?);
+            // The same program is on both sides. It may still refuse in the lowest version, so none is set.
+            Banner::OURS.agree(theirs).map_err(io::Error::other)?;
         }
         while let Some(frame) = self.decoder.frame().map_err(io::Error::other)? {
             // The frame, and the message in memory.
