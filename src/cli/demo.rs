@@ -84,7 +84,7 @@ impl Demo {
     fn page(&self) -> Result<Page, ListenError> {
         let bind = |address: &str| {
             let (address, allow_remote) = (address.to_owned(), self.allow_remote);
-            Page::bind(PageAddress { address, names: Vec::new(), allow_remote })
+            Page::bind(PageAddress { address, allow_remote, ..PageAddress::default() })
         };
         match &self.address {
             Some(address) => bind(address),

@@ -16,7 +16,7 @@ use hopes_protocol::{Simplify, View};
 
 use super::args::{
     ChosenColumns, PLACES, Place, ProjectArgs, SocketArgs, TrackArgs, ViewArgs, duration, from_one, host_and_port,
-    many, resolution, window,
+    host_name, many, origin, resolution, window,
 };
 use super::{Failure, files};
 use crate::daemon::{self, BATCH, Feed, Input, OutputFrame, Settings, Sink, Source, Stop, StreamSettings};
@@ -90,7 +90,7 @@ pub struct Serve {
 }
 
 /// Where the live page is.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Live page")]
 struct PageArgs {
     /// Show all streams on a page at this address, for browsers; also /metrics, /healthz and /api/streams.
@@ -99,9 +99,17 @@ struct PageArgs {
     /// stdout is written only if --output is given; and the daemon runs until a signal comes.
     #[arg(long = "view", value_name = "HOST:PORT", group = PLACES, value_parser = host_and_port)]
     address: Option<String>,
-    /// A name by which browsers of other machines may ask for the page, besides its addresses. May be repeated.
-    #[arg(long = "view-host", value_name = "NAME", requires = "address", requires = "allow_remote")]
-    names: Vec<String>,
+    /// A name by which browsers may ask for the page, besides its addresses. May be repeated.
+    ///
+    /// Requests by any other name are refused. It opens nothing to other machines: that is --allow-remote.
+    #[arg(long = "view-host", value_name = "NAME", requires = "address", value_parser = host_name)]
+    hosts: Vec<String>,
+    /// Where a proxy on this machine shows the page, such as https://example.org. May be repeated.
+    ///
+    /// The page may then be anywhere below it. Its host is also a --view-host. Requests of pages of any other origin
+    /// are refused.
+    #[arg(long = "view-origin", value_name = "ORIGIN", requires = "address", value_parser = origin)]
+    origins: Vec<String>,
 }
 
 const EXAMPLES: &str = "Examples:
@@ -180,9 +188,9 @@ impl Serve {
         let sink = output.map(|output| self.sink(output)).transpose()?;
         let source = input.map(|input| self.source(input));
         let allow_remote = self.sockets.allow_remote;
-        let PageArgs { address, names } = &self.page;
-        let place = |address: &String| PageAddress { address: address.clone(), names: names.clone(), allow_remote };
-        let page = address.as_ref().map(|address| Page::bind(place(address))).transpose()?;
+        let PageArgs { address, hosts, origins } = self.page.clone();
+        let page =
+            address.map(|address| Page::bind(PageAddress { address, hosts, origins, allow_remote })).transpose()?;
         let stop = Stop::listen().context("cannot listen to signals")?;
         Ok(daemon::run(self.settings()?, source, sink, page.map(Page::http), &stop)?)
     }

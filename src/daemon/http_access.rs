@@ -87,7 +87,7 @@ impl HttpAccess {
 
     /// An account for what is held for visitors.
     pub fn account(&self) -> Arc<Account> {
-        Account::part_of(&self.directory.memory.peers)
+        self.registry.account()
     }
 
     /// What does not answer within `patience`: nothing, if the daemon is well.
@@ -131,8 +131,14 @@ impl HttpAccess {
         stream.snapshot_once(view, patience).ok_or_else(|| SnapshotError::Busy(name.to_owned()))
     }
 
-    /// Starts a connection that may only read.
-    pub fn admit(&self, transport: Box<dyn Transport>, place: &str) {
-        self.registry.admit(Socket::Tunnel(transport), place);
+    /// A stream's entry in the list of streams, if it is there.
+    pub fn stream(&self, name: &str) -> Option<wire::StreamInfo> {
+        self.directory.stream(name).map(|stream| stream.info())
+    }
+
+    /// Starts a connection that may only read. What is held for it is charged to an account of its own, as is what
+    /// its transport holds.
+    pub fn admit(&self, transport: Box<dyn Transport>, place: &str, account: Arc<Account>) {
+        self.registry.admit(Socket::Tunnel(transport), place, account);
     }
 }

@@ -73,7 +73,7 @@ pub use error::DaemonError;
 pub use http_access::{HttpAccess, SnapshotError, StartHttp, StopHttp};
 pub use input_errors::{InputErrors, StrictStop};
 pub use locks::{Level, Lock};
-pub use memory::{Account, Charged};
+pub use memory::{Account, Charge, Charged};
 pub use run::{Feed, Sink, Source, run};
 pub use settings::{DEFAULT_STREAM, Limits, SOFTWARE, Settings, StreamSettings};
 pub use stop::{Stop, Stopper};

@@ -24,6 +24,7 @@ pub use sockets::{PLACES, SocketArgs};
 pub use suffix::by_suffix;
 pub use tracks::TrackArgs;
 pub use values::{
-    duration, from_one, host_and_port, many, number, rank, rate, resolution, scene, whole, window, within,
+    duration, from_one, host_and_port, host_name, many, number, origin, rank, rate, resolution, scene, whole, window,
+    within,
 };
 pub use view::{SimplifiedViewArgs, Threshold, ViewArgs};

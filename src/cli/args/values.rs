@@ -99,6 +99,46 @@ pub fn host_and_port(word: &str) -> Result<String, String> {
     is_whole.then(|| word.to_owned()).ok_or_else(|| format!("{word:?} is no HOST:PORT, such as 127.0.0.1:8080"))
 }
 
+/// A name of the page's server, which may have a port.
+pub fn host_name(word: &str) -> Result<String, String> {
+    let (host, port) = split_port(word);
+    let is_host = is_host(host) && port.is_none_or(|port| port.parse::<u16>().is_ok());
+    is_host
+        .then(|| word.to_owned())
+        .ok_or_else(|| format!("{word:?} is no name of a host: write it as example.org, or as example.org:8443"))
+}
+
+/// The origin of a page: scheme, host and perhaps a port, as browsers send it.
+pub fn origin(word: &str) -> Result<String, String> {
+    let lower = word.to_ascii_lowercase();
+    let host = lower.strip_prefix("https://").or_else(|| lower.strip_prefix("http://"));
+    let is_origin = host.is_some_and(|host| host_name(host).is_ok());
+    is_origin.then_some(lower).ok_or_else(|| {
+        format!("{word:?} is no origin: write it as https://example.org, without a path and without a / at the end")
+    })
+}
+
+/// A host, and what stands after its colon.
+fn split_port(word: &str) -> (&str, Option<&str>) {
+    match word.rsplit_once(':') {
+        // The colons of an IPv6 address stand in brackets.
+        Some((host, port)) if !port.ends_with(']') => (host, Some(port)),
+        _ => (word, None),
+    }
+}
+
+/// Whether a word is a name or an address as it stands in a request: browsers send other letters as xn--...
+fn is_host(word: &str) -> bool {
+    let is_in_brackets = word.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+    let is_letter = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '.' | '-' | '_');
+    match is_in_brackets {
+        Some(address) => {
+            address.contains(':') && address.chars().all(|digit| digit.is_ascii_hexdigit() || digit == ':')
+        }
+        None => !word.is_empty() && word.chars().all(is_letter),
+    }
+}
+
 /// A scene, by its name.
 pub fn scene(word: &str) -> Result<Kind, String> {
     word.parse().map_err(|error: UnknownScene| error.to_string())
@@ -170,6 +210,21 @@ mod tests {
         assert!(scale("-1").is_err() && scale("nan").is_err());
         assert!(resolution("0").is_err() && resolution("0.5") == Ok(0.5));
         assert!(duration("0s").is_err() && duration("20ms").is_ok());
+    }
+
+    #[test]
+    fn hosts_and_origins_are_those_that_browsers_send() {
+        for word in ["example.org", "box:99", "[::1]", "[fe80::1]:8080", "a-b_c", "192.0.2.1:80"] {
+            assert_eq!(host_name(word).as_deref(), Ok(word));
+            assert_eq!(origin(&format!("HTTPS://{word}")), Ok(format!("https://{word}")));
+        }
+        for word in ["", "http://a", "a/b", "a:", "a:x", "a:99999", "*", "b\u{e4}r.example", "[::g]", "::1", "a b"] {
+            assert!(host_name(word).unwrap_err().contains("example.org"), "{word}");
+        }
+        for word in ["", "example.org", "https://", "https://a/", "https://a/b", "ftp://a", "null", "*", "https://a?b"]
+        {
+            assert!(origin(word).unwrap_err().contains("https://example.org"), "{word}");
+        }
     }
 
     #[test]
