@@ -2,6 +2,8 @@
 //! time have tests of their own.
 
 mod common;
+#[path = "staging/time_windows.rs"]
+mod time_windows;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -38,11 +40,7 @@ fn acts() -> impl Strategy<Value = Vec<(usize, Act)>> {
 }
 
 fn windows() -> impl Strategy<Value = Kept> {
-    prop_oneof![
-        Just(Kept::All),
-        (1..12_u64).prop_map(Kept::Points),
-        (1..4_u64).prop_map(Kept::Frames),
-    ]
+    prop_oneof![Just(Kept::All), (1..12_u64).prop_map(Kept::Points), (1..4_u64).prop_map(Kept::Frames),]
 }
 
 fn pipeline(kept: Kept) -> Pipeline {

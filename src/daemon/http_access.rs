@@ -20,8 +20,8 @@ use super::memory::{Account, Charged};
 use super::settings::{Limits, SOFTWARE};
 use super::streams::convert;
 use super::streams::directory::Directory;
-use super::streams::stream_state::Measured;
 use super::streams::stream::Probe;
+use super::streams::stream_state::Measured;
 
 /// Starts an HTTP server, once the daemon listens; returns what stops it.
 pub type StartHttp = Box<dyn FnOnce(HttpAccess) -> Result<StopHttp, ListenError>>;

@@ -79,7 +79,7 @@ pub use settings::{DEFAULT_STREAM, Limits, SOFTWARE, Settings, StreamSettings};
 pub use stop::{Stop, Stopper};
 pub use streams::convert::{cut, spec, wire_window};
 pub use streams::frame_times::FrameTimes;
-pub use streams::stream_state::Measured;
 pub use streams::input::{BATCH, Batch, Input};
 pub use streams::output::OutputFrame;
 pub use streams::queue::Overload;
+pub use streams::stream_state::Measured;

@@ -227,7 +227,9 @@ mod tests {
     #[test]
     fn labels_are_escaped() {
         let name = "a\"} 1\nb\\";
-        let text = write(status(vec![]), Peers::default(), vec![Measured { name: name.to_owned(), ..Measured::default() }]).unwrap();
+        let text =
+            write(status(vec![]), Peers::default(), vec![Measured { name: name.to_owned(), ..Measured::default() }])
+                .unwrap();
         let escaped = "{stream=\"a\\\"} 1\\nb\\\\\"}";
         assert!(text.lines().any(|line| line == format!("hopes_stream_frame_seconds_count{escaped} 0")), "{text}");
         assert!(!text.lines().any(|line| line.starts_with('b')), "{text}");

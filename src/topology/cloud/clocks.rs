@@ -327,8 +327,10 @@ impl Clocks {
             clock.run = Some(run).filter(|_| !is_contradicted);
             return Verdict::Doubted { now, refusal: now.refusal(run.side, run.newest), is_new };
         };
+        // A source that goes on alone still stands against what was believed before it did.
+        let before = self.lone.filter(|lone| lone.source == id).map_or(now.time, |lone| lone.before);
         let is_lone = confirmation == Confirmation::Alone && self.words.keys().any(|other| *other != id);
-        self.lone = is_lone.then_some(Lone { source: id, before: now.time });
+        self.lone = is_lone.then_some(Lone { source: id, before });
         word.is_outvoted &= confirmation == Confirmation::Alone;
         (clock.run, clock.doubted) = (None, None);
         Verdict::Believed(run, confirmation)
