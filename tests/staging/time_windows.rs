@@ -174,8 +174,16 @@ fn a_clock_that_steps_back_is_believed_over_a_commit_and_the_window_is_empty_bef
     let restart = admission.restart.unwrap();
     assert_eq!((restart.before, restart.newest, restart.confirmation), (100.019, 51.029, Confirmation::Alone));
     assert_eq!((admission.refused, stream.points(), stream.now()), (0, 30, 51.029));
-    let outdated = Refusal::Outdated { time: 100.0, before: 100.019, newest: 51.029 };
-    assert_eq!(stream.frame(0, [100.0]).doubt, Some(outdated));
+    // Points of the commit that have no time are of the new window, wherever they stand.
+    stream.frame(0, around(20.0, 20));
+    stream.say(0, None).unwrap();
+    stream.say_all(0, around(21.0, 20));
+    stream.say(0, None).unwrap();
+    assert_eq!((stream.commit(0, None).refused, stream.points()), (0, 22));
+    stream.frame(0, around(51.0, 20));
+    assert_eq!(stream.now(), 51.019);
+    let outdated = Refusal::Outdated { time: 20.0, before: 21.019, newest: 51.019 };
+    assert_eq!(stream.frame(0, [20.0]).doubt, Some(outdated));
 }
 
 #[test]

@@ -90,6 +90,9 @@ pub struct Engine {
     rejected: u64,
     /// Points taken since the last frame.
     points: u64,
+    /// Points refused since then because they are outside the time window. A frame that closes after so many points
+    /// closes after as many of these too: only a commit can move the window to them.
+    outside: u64,
     /// What is not committed.
     uncommitted: Uncommitted,
     /// Whether anything came since the last frame.
@@ -138,6 +141,7 @@ impl Engine {
             uncommitted,
             rejected: 0,
             points: 0,
+            outside: 0,
             pending: false,
             newest_time: None,
             worked: Duration::ZERO,
@@ -254,7 +258,7 @@ impl Engine {
         let number = self.pipeline.commit(time.or(self.newest_time));
         let fed = std::mem::take(&mut self.worked) + begun.elapsed();
         let rejected = std::mem::take(&mut self.rejected);
-        (self.points, self.pending) = (0, false);
+        (self.points, self.outside, self.pending) = (0, 0, false);
         self.stream.state.stats.set_frame(number);
         let begun = Instant::now();
         let tracks = self.views.publish_tracks(&mut self.pipeline, self.output.is_some());

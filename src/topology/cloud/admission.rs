@@ -126,8 +126,7 @@ impl Cloud {
         }
         let date = admission.time_refused.map_or(time.or(known).ok_or(Refusal::NoTime), Err);
         // Points that the commit dates must not go with what was there before.
-        let is_dated = time.is_some() && staging.undated > 0;
-        let begin = jump.map_or(usize::MAX, |run| if run.is_back() && is_dated { 0 } else { run.start });
+        let begin = jump.map_or(usize::MAX, |run| if run.is_back() && staging.undated > 0 { 0 } else { run.start });
         (Dating { date, jump, begin, is_beyond: false }, admission)
     }
 

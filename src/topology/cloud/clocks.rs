@@ -52,11 +52,12 @@ impl Now {
         }
     }
 
-    /// Where times in a row stand.
+    /// Where times in a row stand. If they are steady, each is believed once the one before is.
     fn side_of(self, run: &Run) -> Option<Side> {
-        self.side(run.oldest)
-            .filter(|side| *side == Side::Ahead)
-            .or(self.side(run.newest).filter(|side| *side == Side::Back))
+        match self.side(run.newest) {
+            Some(Side::Ahead) if run.is_steady => self.side(run.oldest).filter(|side| *side == Side::Ahead),
+            side => side,
+        }
     }
 
     /// Why a time would be refused as it stands, unless it may be ahead.
@@ -68,7 +69,7 @@ impl Now {
     }
 }
 
-/// Times in a row, all on one side of the window. None is before another by more than the window's length.
+/// Times in a row, all on one side of the window. None is before those before by more than the window's length.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
     side: Side,
@@ -76,6 +77,8 @@ pub(super) struct Run {
     times: u64,
     oldest: f64,
     pub newest: f64,
+    /// Whether none is ahead of those before by more than the window's length.
+    is_steady: bool,
     /// How many words were said before it.
     begun: u64,
     /// Whether its source has committed within it.
@@ -102,6 +105,8 @@ pub(super) struct SourceClock {
     oldest: f64,
     /// How many these were.
     inside: u64,
+    /// Whether none was ahead of those before by more than the window's length.
+    is_steady: bool,
     /// How many words were said before the first.
     begun: u64,
     /// The last times, if they are outside.
@@ -118,11 +123,15 @@ impl SourceClock {
         Some((now, now.side(time)?))
     }
 
-    fn agree(&mut self, time: f64, count: u64, words: u64) {
+    fn agree(&mut self, time: f64, length: f64, count: u64, words: u64) {
         match self.reach {
-            None => (self.oldest, self.inside, self.begun, self.reach) = (time, count, words, Some(time)),
+            None => {
+                (self.oldest, self.inside, self.begun, self.is_steady) = (time, count, words, true);
+                self.reach = Some(time);
+            }
             Some(reach) => {
                 (self.oldest, self.inside) = (self.oldest.min(time), self.inside + count);
+                self.is_steady &= time <= reach + length;
                 self.reach = Some(reach.max(time));
             }
         }
@@ -130,15 +139,17 @@ impl SourceClock {
     }
 
     fn extend(&mut self, now: Now, side: Side, time: f64, count: u64, words: u64, start: usize) {
+        let goes_on = |run: &Run| now.side(run.newest) == Some(side) && time >= run.newest - now.length;
         match &mut self.run {
-            Some(run) if run.side == side && time >= run.newest - now.length => {
+            Some(run) if run.side == side && goes_on(run) => {
                 run.times += count;
+                run.is_steady &= time <= run.newest + now.length;
                 (run.oldest, run.newest) = (run.oldest.min(time), run.newest.max(time));
             }
             run => {
                 let (times, begun) = (count, words);
-                let (oldest, newest, is_over_a_commit) = (time, time, false);
-                *run = Some(Run { side, times, oldest, newest, begun, is_over_a_commit, start });
+                let (oldest, newest, is_steady, is_over_a_commit) = (time, time, true, false);
+                *run = Some(Run { side, times, oldest, newest, is_steady, begun, is_over_a_commit, start });
             }
         }
     }
@@ -151,6 +162,7 @@ impl SourceClock {
             times: self.inside,
             oldest: self.oldest,
             newest,
+            is_steady: self.is_steady,
             begun: self.begun,
             is_over_a_commit: false,
             start: 0,
@@ -229,6 +241,8 @@ pub(super) struct Clocks {
     lone: Option<Lone>,
     /// The last word that was outside and not believed.
     disputed: Option<(u64, f64)>,
+    /// Who said the last word that agreed with the window, and its place among all words.
+    agreed: Option<(u64, u64)>,
 }
 
 impl Clocks {
@@ -244,8 +258,11 @@ impl Clocks {
         let Some((now, side)) = self.note(clock, now, time, 1, place) else { return Ok(()) };
         let is_near = |other: f64| now.is_near(other, time);
         let is_new = side == Side::Ahead && clock.doubted.is_none();
+        let is_contradicted = self
+            .agreed
+            .is_some_and(|(source, heard)| Some(source) != clock.id && clock.run.is_some_and(|run| heard > run.begun));
         let may_be_believed = is_new
-            || clock.doubted == Some(true)
+            || (clock.doubted == Some(true) && !is_contradicted)
             || self.lone.is_some_and(|lone| Some(lone.source) != clock.id && is_near(lone.before))
             || self.disputed.is_some_and(|(source, time)| Some(source) != clock.id && is_near(time));
         if may_be_believed { Ok(()) } else { Err(now.refusal(side, time)) }
@@ -264,7 +281,7 @@ impl Clocks {
         let own = clock.reach.map(|time| Now { time, length: self.length, before: None });
         let outside = clock.reaching(now.or(own), time);
         match outside {
-            None => clock.agree(time, count, self.said),
+            None => clock.agree(time, self.length, count, self.said),
             Some((now, side)) => clock.extend(now, side, time, count, self.said, place),
         }
         outside
@@ -289,6 +306,7 @@ impl Clocks {
                 word.is_outvoted &= now.is_some_and(|now| word.time > now.time);
                 self.lone = self.lone.filter(|lone| lone.source == id);
                 (clock.run, clock.doubted) = (None, None);
+                self.agreed = Some((id, self.said));
                 Verdict::Agreed(word.time)
             }
         };
@@ -304,7 +322,7 @@ impl Clocks {
         let with = others()
             .filter(|other| other.is_outside && is_near(other.time, run.newest) && !is_near(other.time, now.time));
         let with = with.count();
-        let may_go_alone = !is_contradicted && !(word.is_outvoted && against > 0);
+        let may_go_alone = !(is_contradicted || word.is_outvoted && against > 0);
         let is_alone = run.times >= CONFIRMING
             && may_go_alone
             && (run.is_over_a_commit || (run.side == Side::Ahead && against == 0));
@@ -332,7 +350,7 @@ impl Clocks {
         let is_lone = confirmation == Confirmation::Alone && self.words.keys().any(|other| *other != id);
         self.lone = is_lone.then_some(Lone { source: id, before });
         word.is_outvoted &= confirmation == Confirmation::Alone;
-        (clock.run, clock.doubted) = (None, None);
+        (clock.run, clock.doubted, self.agreed) = (None, None, None);
         Verdict::Believed(run, confirmation)
     }
 

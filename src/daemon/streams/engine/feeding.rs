@@ -59,15 +59,12 @@ impl Engine {
         self.pending |= self.joins_by_itself(origin);
         let mut next = 0;
         while next < batch.positions.len() {
-            let most = match self.settings.frame_points {
-                Some(limit) => limit.saturating_sub(self.points).max(1),
-                None => u64::MAX,
-            };
+            let limit = self.settings.frame_points.unwrap_or(u64::MAX);
             let before = reply.accepted();
-            next = self.stage_some(reply, batch, origin, next, most)?;
-            if self.settings.frame_points.is_some() {
+            next = self.stage_some(reply, batch, origin, next, limit)?;
+            if limit < u64::MAX {
                 self.points += reply.accepted() - before;
-                if reply.accepted() - before == most {
+                if self.points >= limit || self.outside >= limit {
                     self.close_by_itself()?;
                 }
             }
@@ -75,21 +72,21 @@ impl Engine {
         Ok(())
     }
 
-    /// Has points from `next` on wait, until so many are accepted. Returns the next one.
+    /// Has points from `next` on wait, until the frame in hand has as many as it may. Returns the next one.
     fn stage_some(
         &mut self,
         reply: &mut BatchReply,
         batch: &Batch,
         origin: &Origin,
         mut next: usize,
-        most: u64,
+        limit_of_frame: u64,
     ) -> Result<usize, EngineError> {
         let begun = Instant::now();
         let no_room = self.no_room();
         let (limit, mut room) = (self.limits.points, self.room_for_points());
-        let enough = reply.accepted().saturating_add(most);
+        let enough = reply.accepted().saturating_add(limit_of_frame.saturating_sub(self.points).max(1));
         let source = self.uncommitted.of(origin.producer());
-        while next < batch.positions.len() && reply.accepted() < enough {
+        while next < batch.positions.len() && reply.accepted() < enough && self.outside < limit_of_frame {
             let ((x, y), time) = (batch.positions[next], batch.times.get(next).copied());
             let placed = match &no_room {
                 Some(full) => Err(full.clone()),
@@ -104,6 +101,7 @@ impl Engine {
                 }
                 Err(reason) => {
                     source.rejected += 1;
+                    self.outside += u64::from(reason.is_outside_window());
                     report(&mut self.input_errors, place(batch, next), &reason)?;
                     reply.refuse(next, &reason);
                 }
