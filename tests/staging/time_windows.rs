@@ -68,6 +68,13 @@ impl Stream {
         self.commit(source, None)
     }
 
+    /// Sources say the same time.
+    fn agree(&mut self, sources: std::ops::Range<usize>, time: f64) {
+        for source in sources {
+            assert_eq!(self.frame(source, [time]), Admission::default());
+        }
+    }
+
     fn now(&self) -> f64 {
         self.pipeline.event_time().expect("a time is known")
     }
@@ -219,7 +226,7 @@ fn a_second_source_confirms_a_jump_either_way() {
 #[test]
 fn a_source_beside_silent_ones_is_believed_over_a_commit() {
     let mut stream = Stream::new(3);
-    (0..3).for_each(|source| drop(stream.frame(source, [100.0])));
+    stream.agree(0..3, 100.0);
     assert_eq!(stream.frame(0, around(3700.0, 500)).restart, None, "the others have had no chance to contradict");
     assert!(stream.frame(0, around(3701.0, 500)).restart.is_some());
     assert_eq!(stream.frame(0, around(3702.0, 500)), Admission::default());
@@ -381,7 +388,7 @@ proptest! {
     ) {
         let (mut told, mut spared) = (Stream::new(4), Stream::new(4));
         for stream in [&mut told, &mut spared] {
-            (0..3).for_each(|source| drop(stream.frame(source, [0.0])));
+            stream.agree(0..3, 0.0);
         }
         let mut now = 0;
         for (frame, lie) in frames {
@@ -407,7 +414,7 @@ proptest! {
         frames in prop::collection::vec(prop_oneof![honest(3).prop_map(Ok), lie().prop_map(Err)], 1..120),
     ) {
         let mut stream = Stream::new(4);
-        (0..3).for_each(|source| drop(stream.frame(source, [0.0])));
+        stream.agree(0..3, 0.0);
         let mut now = 0;
         for frame in frames {
             match frame {
@@ -415,7 +422,9 @@ proptest! {
                     now += u32::from(frame.later);
                     stream.speak(now, &frame);
                 }
-                Err(lie) => drop(stream.lie(3, &lie)),
+                Err(lie) => {
+                    stream.lie(3, &lie);
+                }
             }
         }
     }

@@ -40,6 +40,7 @@ use super::roster::Roster;
 use super::stream::{ENDED, Stream};
 use crate::daemon::input_errors::InputErrors;
 use crate::daemon::locks::before_waiting;
+use crate::daemon::log_limits::LogLimits;
 use crate::daemon::memory::{Charge, Memory};
 use crate::daemon::settings::{Limits, StreamSettings};
 
@@ -77,6 +78,8 @@ pub struct Engine {
     pipeline: Pipeline,
     clock: Arc<StageClock>,
     input_errors: InputErrors,
+    /// For what producers can cause.
+    logs: LogLimits,
     views: Views,
     output: Option<(Output, ViewFollower)>,
     /// The first frame that the output did not take before the engine had to end.
@@ -123,6 +126,7 @@ impl Engine {
             pipeline,
             clock,
             input_errors: standard.input_errors,
+            logs: LogLimits::default(),
             output: standard.output.map(|output| {
                 let follower = ViewFollower::new(output.view);
                 (output, follower)

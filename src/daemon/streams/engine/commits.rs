@@ -7,6 +7,7 @@
 //!
 //! Must not know: consumers, how frames are published.
 
+use std::fmt::Display;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -105,7 +106,7 @@ impl Engine {
             true => self.pipeline.event_time(),
             false => newest_time.into_iter().chain(self.newest_time).reduce(f64::max),
         };
-        let (name, stats) = (&self.stream.state.name, &self.stream.state.stats);
+        let stats = &self.stream.state.stats;
         stats.refused_late.fetch_add(admission.refused, Ordering::Relaxed);
         if let Some(Restart { before, newest, confirmation }) = admission.restart {
             stats.restarts.fetch_add(1, Ordering::Relaxed);
@@ -114,16 +115,24 @@ impl Engine {
                 Confirmation::Alone => "its producer says so again and again, and no other contradicts",
                 Confirmation::Undone => "only one producer had said otherwise",
             };
-            tracing::warn!("stream {name:?}: the time window starts anew: {before} was believed, now {newest}: {why}");
+            self.warn(&format_args!("the time window starts anew: {before} was believed, now {newest}: {why}"));
         }
         if let Some(doubt) = admission.doubt {
-            tracing::warn!("stream {name:?}: a producer is outside the time window: {doubt}");
+            self.warn(&format_args!("a producer is outside the time window: {doubt}"));
         } else if let Some(first) = first.filter(|_| refused.is_empty()) {
             let count = admission.refused;
-            tracing::warn!("stream {name:?}: {count} points are refused at their producer's commit: {first}");
+            self.warn(&format_args!("{count} points are refused at their producer's commit: {first}"));
         }
         refused.iter().try_for_each(|(place, refusal)| report(&mut self.input_errors, Some(*place), refusal))?;
         Ok(())
+    }
+
+    /// Logs something that producers can cause as often as they like.
+    fn warn(&self, what: &dyn Display) {
+        let name = &self.stream.state.name;
+        if let Some(note) = self.logs.admits("times", name) {
+            tracing::warn!("stream {name:?}: {what}{note}");
+        }
     }
 
     /// Forgets what a producer has sent since its last commit.
