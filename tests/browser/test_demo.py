@@ -8,7 +8,10 @@ import subprocess
 import unittest
 from urllib.parse import urlsplit
 
-from harness import HOPES_BIN, TIMEOUT, BrowserTest, HasCleanup, until
+from harness import HOPES_BIN, TIMEOUT, BrowserTest, HasCleanup
+
+# Screenshots that are looked at.
+LOOKS = 20
 
 
 class Demo:
@@ -35,15 +38,16 @@ class DemoTest(BrowserTest):
         page = self.open(demo)
         self.wait_for(page, "state.stream === 'demo' && state.seen > 10 && state.tracks > 0")
 
-        # The holes of a frame come a moment after its points.
-        def has_points_and_holes() -> bool:
+        # Every single look has all of it: nothing is drawn without its holes.
+        for _ in range(LOOKS):
             picture = self.see(page)
-            return picture.point > 300 and picture.tinted > 300
-
-        until(has_points_and_holes, "points and holes are drawn")
+            self.assertGreater(picture.point, 300, "there are too few pixels of points")
+            self.assertGreater(picture.tinted, 300, "there are too few pixels of holes")
         demo.process.send_signal(signal.SIGINT)
         out, log = demo.process.communicate(timeout=TIMEOUT)
-        self.assertEqual((demo.process.returncode, log), (0, ""))
+        # On a busy machine the terminal gets several frames as one, and is told so.
+        rest = re.sub(r"^.*frames \d+ to \d+ come as one\n", "", log, flags=re.MULTILINE)
+        self.assertEqual((demo.process.returncode, rest), (0, ""))
         self.assertRegex(out, r"track 1 is born: at \(")
         self.assertTrue(out.endswith("\nSIGINT\n"), out)
         page.locator("body[data-state=gone]").wait_for()
