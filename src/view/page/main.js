@@ -20,6 +20,10 @@ import { Session } from "./session/session.js";
 /** How near to an edge a pointer must be, in pixels. A finger is less precise than a mouse. */
 const PICK_RADIUS = { mouse: 9, touch: 18 };
 
+/** Content that is so many times as wide as high gets the whole width, and keeps it down to the lesser ratio. */
+const WIDE = 2.8;
+const LEAST_WIDE = 2;
+
 const el = (id) => document.getElementById(id);
 
 class Page {
@@ -187,11 +191,22 @@ class Page {
     this.renderer.draw({ mirror, simplified, annotations }, this.pick);
     this.diagram.draw(frame, annotations, this.pick);
     this.timeline.draw(tracks.lifetimes, history.newest, frame ? frame.number : 0, this.pick);
+    this.shapePlane();
     this.ruler.show();
     this.controls.setLargest(this.diagram.largest || 1);
     this.showStatus();
     showCycle(this.pick, annotations.byId);
     this.notePicture();
+  }
+
+  /** Gives the plane the whole width if its content is a wide strip, of which little would be seen in a square. */
+  shapePlane() {
+    const { box } = this.renderer.bounds;
+    if (!box) return;
+    const ratio = (box[2] - box[0]) / (box[3] - box[1] || 1e-300);
+    const { dataset } = document.body;
+    const isWide = ratio > (dataset.shape === "wide" ? LEAST_WIDE : WIDE);
+    if (isWide !== (dataset.shape === "wide")) dataset.shape = isWide ? "wide" : "compact";
   }
 
   /** Notes what was drawn, for tests: it must be of one frame, and nothing of it may be missing. */
