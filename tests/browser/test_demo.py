@@ -8,7 +8,7 @@ import subprocess
 import unittest
 from urllib.parse import urlsplit
 
-from harness import HOPES_BIN, TIMEOUT, BrowserTest, HasCleanup
+from harness import HOPES_BIN, TIMEOUT, WIDE, BrowserTest, HasCleanup
 
 # Screenshots that are looked at.
 LOOKS = 20
@@ -31,12 +31,18 @@ class Demo:
 
 
 class DemoTest(BrowserTest):
-    def shown(self, *options: str) -> None:
+    def shown(self, shape: str, *options: str) -> None:
         # The browser itself logs that it cannot connect; a page cannot prevent that.
         self.tolerated = re.compile(r"WebSocket connection to '\S+' failed")
         demo = Demo(self, *options)
         page = self.open(demo)
         self.wait_for(page, "state.stream === 'demo' && state.seen > 10 && state.tracks > 0")
+
+        # Scenes are rows of shapes, so the plane has the whole width.
+        page.locator(f"body[data-shape={shape}]").wait_for()
+        plane = page.locator("#plane").bounding_box()
+        assert plane is not None
+        self.assertEqual(plane["width"] > 0.9 * WIDE["width"], shape == "wide")
 
         # Every single look has all of it: nothing is drawn without its holes.
         for _ in range(LOOKS):
@@ -53,10 +59,10 @@ class DemoTest(BrowserTest):
         page.locator("body[data-state=gone]").wait_for()
 
     def test_a_scene_is_shown(self) -> None:
-        self.shown()
+        self.shown("wide")
 
     def test_the_film_is_shown(self) -> None:
-        self.shown("--video", "--rate", "20")
+        self.shown("compact", "--video", "--rate", "20")
 
 
 if __name__ == "__main__":

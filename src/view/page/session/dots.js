@@ -35,16 +35,18 @@ export function labelsOf(rows) {
 /** 1 for each label that a critical edge has, else 0. @param {import("./elements.js").Elements} critical */
 export function marksOf(labels, critical) {
   const marks = new Uint8Array(labels.length / 2);
-  if (critical.count === 0) return marks;
-  const births = new Map();
+  // There are far fewer dots than a full view has critical edges.
+  const byDeath = new Map();
+  for (let i = 0; i < marks.length; i++) {
+    const known = byDeath.get(labels[2 * i + 1]);
+    if (known) known.push(i);
+    else byDeath.set(labels[2 * i + 1], [i]);
+  }
   for (let at = 0; at < 4 * critical.end; at += 4) {
     if (critical.rows[at] < 0) continue;
-    const [birth, death] = [critical.rows[at + 2], critical.rows[at + 3]];
-    const known = births.get(death);
-    if (known) known.push(birth);
-    else births.set(death, [birth]);
+    const birth = critical.rows[at + 2];
+    for (const i of byDeath.get(critical.rows[at + 3]) ?? []) if (labels[2 * i] === birth) marks[i] = 1;
   }
-  for (let i = 0; i < marks.length; i++) marks[i] = births.get(labels[2 * i + 1])?.includes(labels[2 * i]) ? 1 : 0;
   return marks;
 }
 
