@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import csv
 import random
 import unittest
 from typing import Any
 
+import hopes_client as hopes
 from playwright.sync_api import Page
 
-from harness import BrowserTest, Daemon, Producer
+from harness import ROOT, BrowserTest, Daemon, Producer
 
 SAMPLES = 300
 
@@ -86,6 +88,27 @@ class Pictures(BrowserTest):
         page.keyboard.press("3")
         everything = self.wait_for(page, "state.picture.critical > 1 && state.seen === state.frame")["picture"]
         self.assertEqual(everything["marked"], everything["critical"])
+
+    def test_the_diagram_of_edges_of_a_photo_marks_the_cycles_of_its_view(self) -> None:
+        # Of so many dots above both gaps so many are in the view.
+        for name, k, above, shown in (("camera_skcanny_s2", 2, 11, 4), ("page_cv150_450", 1, 6, 2)):
+            daemon = Daemon(self)
+            lines = (ROOT / f"tests/cases/img_{name}.csv").read_text().splitlines()
+            points = [(float(x), float(y)) for x, y in csv.reader(lines)]
+            with hopes.connect(daemon.unix) as client:
+                stream = client.producer("photo", window=hopes.Window.all())
+                stream.send(points)
+                stream.commit()
+                page = self.open(daemon, f"#stream=photo&view=derived&k={k}&l=1")
+                picture = self.wait_for(page, "state.picture !== null")["picture"]
+                self.assertEqual(picture["marked"], shown)
+                self.assertEqual(faults({**picture, "tracks": picture["frame"]}), [])
+                frame = client.follow("photo", dots=hopes.Dots.top(1500)).next_frame()
+                assert frame is not None and frame.dots is not None
+                view = daemon.snapshot(f"k={k}&l=1", "photo")["view"]
+                ds, vs = view["ds"], view["vs"]
+                chosen = [dot for dot in frame.dots if dot.death - dot.birth >= ds and dot.birth <= vs]
+                self.assertEqual((len(chosen), sum(dot.death > vs for dot in chosen)), (above, shown))
 
 
 if __name__ == "__main__":
