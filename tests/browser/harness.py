@@ -185,6 +185,17 @@ def until(holds: Callable[[], bool], what: str, timeout: float = TIMEOUT) -> Non
         time.sleep(0.02)
 
 
+def position_in(page: Page, vertices: list[tuple[float, float]], point: tuple[float, float]) -> dict[str, float]:
+    """The position in the canvas of a point of the plane, as long as the camera fits all points."""
+    box = page.locator("#plane").bounding_box()
+    assert box is not None
+    low = [min(vertex[axis] for vertex in vertices) for axis in (0, 1)]
+    high = [max(vertex[axis] for vertex in vertices) for axis in (0, 1)]
+    scale = min(box["width"] / (high[0] - low[0]), box["height"] / (high[1] - low[1])) / 1.1
+    x, y = [point[axis] - (low[axis] + high[axis]) / 2 for axis in (0, 1)]
+    return {"x": box["width"] / 2 + x * scale, "y": box["height"] / 2 - y * scale}
+
+
 def launch(playwright: Playwright, *flags: str) -> Browser:
     return playwright.chromium.launch(executable_path=CHROMIUM, args=[*FLAGS, *flags])
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 from playwright.sync_api import Page
 
-# Greys of the style sheet; a grey pixel counts as the nearest one. A pixel of a strong colour is `vivid`, as lines of
-# cycles are; one of a pale colour is `tinted`, as their holes are.
-NAMES = ("panel", "point", "edge")
+# Greys of the style sheet. A pixel between the panel's colour and one of the others is grey, and counts as the nearest
+# one. Any other pixel of a strong colour is `vivid`, as lines of cycles are; of a pale one `tinted`, as holes are.
+NAMES = ("panel", "point", "edge", "ink")
 
 _READ = """
 async (png) => {
@@ -37,12 +37,21 @@ async ([png, colors]) => {{
   const counts = {{ vivid: 0, tinted: 0 }};
   for (const name of Object.keys(colors)) counts[name] = 0;
   const known = Object.entries(colors);
+  const ground = colors.panel;
+  const greys = known.filter(([name]) => name !== "panel").map(([, color]) => color);
+  const isBetween = (pixel, grey) => {{
+    const [along, from] = [grey.map((part, i) => part - ground[i]), pixel.map((part, i) => part - ground[i])];
+    const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const share = Math.min(1, Math.max(0, dot(along, from) / dot(along, along)));
+    return Math.hypot(...from.map((part, i) => part - share * along[i])) < 12;
+  }};
   for (let at = 0; at < data.length; at += 4) {{
     const red = data[at];
     const green = data[at + 1];
     const blue = data[at + 2];
-    const spread = Math.max(red, green, blue) - Math.min(red, green, blue);
-    if (spread > 24) {{
+    const pixel = [red, green, blue];
+    if (!greys.some((grey) => isBetween(pixel, grey))) {{
+      const spread = Math.max(red, green, blue) - Math.min(red, green, blue);
       counts[spread > 60 ? "vivid" : "tinted"] += 1;
       continue;
     }}
@@ -86,6 +95,7 @@ class Picture:
     panel: int
     point: int
     edge: int
+    ink: int
     vivid: int
     tinted: int
 

@@ -69,7 +69,16 @@ def rings(seed: int, points: int, changed: int, rings: int, shrink: float) -> It
         yield some(changed)
 
 
-SCENES = {"sweep": sweep, "rings": rings}
+def fine(_seed: int, points: int, _changed: int, _rings: int, _shrink: float) -> Iterator[list[Point]]:
+    """A ring of close points, whose hole is filled at scale 1, and a square of side 3, which is closed at 1.5."""
+    square = [(10.0 + x, y) for x in (0.0, 3.0) for y in (0.0, 3.0)]
+    angles = [2.0 * math.pi * turn / (points - 4) for turn in range(points - 4)]
+    yield square + [(math.cos(angle), math.sin(angle)) for angle in angles]
+    while True:
+        yield []
+
+
+SCENES = {"sweep": sweep, "rings": rings, "fine": fine}
 
 
 def arguments() -> argparse.Namespace:
@@ -83,6 +92,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--shrink", type=float, default=1.0, help="the size of each ring relative to the one before")
     parser.add_argument("--rate", type=float, default=30.0, help="frames per second; 0: one for each line on stdin")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--commit", type=int, default=1, help="0: no frame is ever closed")
     return parser.parse_args()
 
 
@@ -100,11 +110,17 @@ def times(rate: float) -> Iterator[float]:
 
 def produce(options: argparse.Namespace, daemon: hopes.Daemon) -> None:
     """Produces as long as frames are due."""
+    frame = 0
     stream = daemon.producer(options.stream, window=hopes.Window.points(options.points))
     scene = SCENES[options.scene](options.seed, options.points, options.changed, options.rings, options.shrink)
     for now, points in zip(times(options.rate), scene):
         stream.send(points)
-        print(stream.commit(time=now), flush=True)
+        if options.commit:
+            frame = stream.commit(time=now)
+        else:
+            stream.flush()
+            frame += 1
+        print(frame, flush=True)
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from playwright.sync_api import Page
 
-from harness import BrowserTest, Daemon, Producer
+from harness import BrowserTest, Daemon, Producer, until
 
 # The view in the state is the one that the daemon's frames have.
 VIEW_IS = "JSON.stringify(state.view) === JSON.stringify(argument) && state.seen === state.frame"
@@ -88,16 +88,19 @@ class Views(BrowserTest):
         self.page.keyboard.press("3")
         self.wait_for_view({"cut": "Full", "simplify": "No"})
 
-    def test_simplified(self) -> None:
+    def test_a_simplified_view_keeps_its_points(self) -> None:
         before = self.wait_for_view(derived(1, 1))
         full = self.see_still(self.page)
         self.page.get_by_label("Simplified").check()
         after = self.wait_for_view(derived(1, 1, "AtScale"))
-        self.assertLess(after["vertices"], before["vertices"])
-        self.assertLess(self.see_still(self.page).point, full.point)
+        self.assertEqual(after["vertices"], before["vertices"])
+        self.assertTrue(0 < after["simplified"] < before["vertices"], after["simplified"])
+        bold = self.see_still(self.page)
+        self.assertGreater(self.pictures.difference(full, bold), 500, "no simplified skeleton is drawn")
+        self.assertGreater(bold.point, 0.5 * full.point, "the points are gone")
         self.page.get_by_label("Simplified").uncheck()
-        again = self.wait_for_view(derived(1, 1))
-        self.assertEqual(again["vertices"], before["vertices"])
+        self.wait_for_view(derived(1, 1))
+        self.assertLess(self.pictures.difference(full, self.see_still(self.page)), 20)
 
     def test_the_address_keeps_the_choice(self) -> None:
         self.page.click("#k-more")
@@ -129,7 +132,8 @@ class Time(BrowserTest):
         for _ in range(4):
             page.click("#back")
         page.keyboard.press(",")
-        back = self.wait_for(page, "state.seen === argument", still["frame"] - 5)
+        back = self.wait_for(page, "state.back === argument && state.seen === state.frame", still["back"] - 5)
+        self.assertLessEqual(back["frame"], still["frame"] - 5)
         self.assertEqual(back["vertices"], 400)
         older = self.see_still(page)
         self.assertGreater(self.pictures.difference(picture, older), 100, "an older frame looks the same")
@@ -143,6 +147,23 @@ class Time(BrowserTest):
         page.keyboard.press(" ")
         self.wait_for(page, "!state.paused && state.seen >= argument", producer.newest)
         self.assertEqual(page.inner_text("#state"), "live")
+
+    def test_a_change_of_the_view_while_paused_stays_paused(self) -> None:
+        daemon = Daemon(self, "--track", "view")
+        producer = Producer(self, daemon, points=400, changed=40)
+        page = self.open(daemon)
+        self.wait_for(page, "state.back > 5")
+        page.click("#pause")
+        self.wait_for(page, "state.paused && state.seen === state.frame")
+        page.click("#k-more")
+        self.wait_for(page, f"state.paused && {VIEW_IS}", derived(2, 1))
+        page.keyboard.press("s")
+        still = self.wait_for(page, f"state.paused && {VIEW_IS}", derived(2, 1, "AtScale"))
+        until(lambda: daemon.stream()["consumers"] == 0, "a paused page follows the stream")
+        producer.wait_for(producer.newest + 30)
+        after = self.state(page)
+        self.assertEqual((after["frame"], after["paused"]), (still["frame"], True))
+        self.assertEqual(page.inner_text("#state"), "paused")
 
     def click_away(self, page: Page) -> None:
         """Takes the focus off buttons, which handle the space key themselves."""

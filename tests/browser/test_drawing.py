@@ -8,7 +8,7 @@ import unittest
 
 from playwright.sync_api import Page
 
-from harness import BrowserTest, Daemon, Producer, until
+from harness import BrowserTest, Daemon, Producer, position_in, until
 
 
 class WithoutGraphicsCard(BrowserTest):
@@ -75,7 +75,7 @@ class WithoutGraphicsCard(BrowserTest):
         diagram, plane = self.see_still(page, "#diagram"), self.see_still(page)
         self.assertFalse(page.locator("#cycle").is_visible())
 
-        page.locator("#plane").hover(position=position_of(page, vertices, dot.center))
+        page.locator("#plane").hover(position=position_in(page, vertices, dot.center))
         page.locator("#cycle").wait_for(state="visible")
         self.assertEqual(shown(page, "birth"), rounded(dot.birth))
         self.assertEqual(shown(page, "death"), rounded(dot.death))
@@ -120,17 +120,6 @@ class WithGraphicsCard(WithoutGraphicsCard):
         page.evaluate("card.restoreContext()")
         self.wait_for(page, "state.seen > argument", producer.newest + 10)
         self.assert_drawn(page)
-
-
-def position_of(page: Page, vertices: list[tuple[float, float]], point: tuple[float, float]) -> dict[str, float]:
-    """The position in the canvas of a point of the plane, as long as the camera fits all points."""
-    box = page.locator("#plane").bounding_box()
-    assert box is not None
-    low = [min(vertex[axis] for vertex in vertices) for axis in (0, 1)]
-    high = [max(vertex[axis] for vertex in vertices) for axis in (0, 1)]
-    scale = min(box["width"] / (high[0] - low[0]), box["height"] / (high[1] - low[1])) / 1.1
-    x, y = [point[axis] - (low[axis] + high[axis]) / 2 for axis in (0, 1)]
-    return {"x": box["width"] / 2 + x * scale, "y": box["height"] / 2 - y * scale}
 
 
 def shown(page: Page, what: str) -> float:

@@ -24,6 +24,18 @@ UNREACHABLE = """
 }).map((control) => control.outerHTML)
 """
 
+# Texts that are cut off, or that stand out of their box.
+CLIPPED = """
+() => [...document.querySelectorAll("h1, h2 span, label, button, output, dt, dd, li, footer span, #steps")]
+  .filter((element) => element.getClientRects().length > 0)
+  .filter((element) => {
+    const { left, right, top, bottom } = element.getBoundingClientRect();
+    const isCut = element.scrollWidth > element.clientWidth + 1 && getComputedStyle(element).overflow !== "visible";
+    return isCut || left < 0 || top < 0 || right > innerWidth || bottom > innerHeight;
+  })
+  .map((element) => element.outerHTML)
+"""
+
 # Texts with too little contrast to their background.
 UNREADABLE = """
 () => {
@@ -71,6 +83,9 @@ class Layout(BrowserTest):
         for view in ("Reduced", "Derived"):
             page.get_by_text(view, exact=True).click()
             self.assert_fits(page)
+        page.keyboard.press("?")
+        self.assertEqual(page.evaluate(UNREADABLE), [])
+        page.click("#help-close")
         self.wait_for(page, "state.view.cut.Derived && state.seen === state.frame")
         self.assertEqual(page.evaluate(UNREADABLE), [])
         for picture in ("#plane", "#diagram", "#lives"):
@@ -88,15 +103,26 @@ class Layout(BrowserTest):
     def test_wide_and_light(self) -> None:
         page = self.check_layout(viewport=WIDE, color_scheme="light")
         self.assertEqual(page.evaluate("document.documentElement.scrollHeight - innerHeight"), 0, "it is too high")
-        self.assertEqual(page.evaluate("getComputedStyle(document.body).backgroundColor"), "rgb(251, 251, 249)")
+        self.assertEqual(page.evaluate("getComputedStyle(document.body).backgroundColor"), "rgb(251, 252, 253)")
 
     def test_wide_and_dark(self) -> None:
         page = self.check_layout(viewport=WIDE, color_scheme="dark")
         self.assertEqual(page.evaluate("getComputedStyle(document.body).backgroundColor"), "rgb(20, 23, 26)")
         dark = self.see_still(page)
         page.emulate_media(color_scheme="light")
-        self.wait_for(page, "getComputedStyle(document.body).backgroundColor === 'rgb(251, 251, 249)'")
+        self.wait_for(page, "getComputedStyle(document.body).backgroundColor === 'rgb(251, 252, 253)'")
         self.assertGreater(self.pictures.difference(dark, self.see_still(page)), dark.panel, "the plane stays dark")
+
+    def test_half_wide(self) -> None:
+        page = self.check_layout(viewport={"width": 1024, "height": 720}, color_scheme="light")
+        self.assertEqual(page.evaluate("document.documentElement.scrollHeight - innerHeight"), 0, "it is too high")
+        for view in ("#view=derived&k=1000&l=1000", "#view=reduced&alpha=12.3456789"):
+            page.goto(self.daemon.url + view)
+            page.reload()
+            self.wait_for(page, "state.seen > 0")
+            page.click("#pause")
+            page.wait_for_function("document.querySelector('#steps').textContent !== ''")
+            self.assertEqual(page.evaluate(CLIPPED), [])
 
     def test_narrow_and_light(self) -> None:
         self.check_layout(viewport=NARROW, color_scheme="light", is_mobile=True, has_touch=True, device_scale_factor=2)

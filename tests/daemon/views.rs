@@ -176,6 +176,14 @@ fn a_frame_is_computed_once_for_all_consumers_and_never_without_one() {
     daemon.stop();
 }
 
+/// The frame of the next message, a heartbeat.
+fn heartbeat(consumer: &mut Consumer) -> u64 {
+    match consumer.client.next() {
+        Some((Consumer::CHANNEL, Message::Heartbeat(heartbeat))) => heartbeat.frame,
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
 fn the_most_persistent_dots_are_sent_when_they_change() {
     let daemon = Daemon::start("");
@@ -201,10 +209,11 @@ fn the_most_persistent_dots_are_sent_when_they_change() {
         }
     }
     assert!(sent > 15, "{sent}");
-    // Without a change no dots are sent. If other dots are asked for, they come after the snapshot.
+    // Without a change a heartbeat says so. If other dots are asked for, they come after the snapshot.
     producer.frame(&[]);
     for (most, mut consumer) in consumers {
         consumer.expect_diff(16);
+        assert_eq!(heartbeat(&mut consumer), 16);
         assert_eq!(consumer.client.drain(), []);
         let (view, dots) = (FULL, if most == 3 { DotsWanted::Top(1) } else { DotsWanted::No });
         consumer.client.send(Consumer::CHANNEL, ChangeView { view, dots });
@@ -228,6 +237,7 @@ fn dots_are_sent_once_even_if_there_are_none() {
     assert!(matches!(consumer.next(), Message::Dots(dots) if dots.total == 0 && dots.frame == 1));
     producer.frame(&[(1.0, 0.0)]);
     consumer.expect_diff(2);
+    assert_eq!(heartbeat(&mut consumer), 2);
     assert_eq!(consumer.client.drain(), []);
     daemon.stop();
 }

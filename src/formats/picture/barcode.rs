@@ -7,6 +7,7 @@
 //! Must not know: tracks, streams, why bars stand as they do.
 
 use super::canvas::axis::Axis;
+use super::canvas::colors::{DIAGONAL, VERTICAL};
 use super::canvas::layout::Rect;
 use super::canvas::page::{Anchor, FRAME, GRID, GROUND, INK, MUTED, Page, Type, text_width};
 use super::canvas::ramp::{Ramp, STOPS};
@@ -65,8 +66,8 @@ pub enum LinkKind {
 impl LinkKind {
     fn color(self) -> &'static str {
         match self {
-            Self::Split => "#0b7d62",
-            Self::Merger => "#2563c9",
+            Self::Split => DIAGONAL,
+            Self::Merger => VERTICAL,
         }
     }
 

@@ -8,6 +8,7 @@
 
 use hopes::topology::Dot;
 
+use super::canvas::colors::OTHER;
 use super::canvas::layout::Rect;
 use super::canvas::marks::Grid;
 use super::canvas::numbers::{Ticks, short};
@@ -22,8 +23,6 @@ const CIRCLES: usize = 400;
 /// Pixels between ticks, about.
 const TICK_SPACE: f64 = 75.0;
 
-/// The colour of dots that are not chosen.
-const OTHER: &str = "#8d98a8";
 const DOT_STYLE: &str = "fill=\"none\" stroke-linecap=\"round\"";
 
 /// Draws the panel.

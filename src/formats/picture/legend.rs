@@ -8,11 +8,12 @@
 
 use hopes::topology::ViewSpec;
 
+use super::canvas::colors::{EDGE, POINT};
 use super::canvas::layout::Rect;
 use super::canvas::numbers::{Ticks, round_step, short};
 use super::canvas::page::{Anchor, FRAME, INK, MUTED, Page, Type, text_width};
 use super::canvas::ramp::{Ramp, STOPS};
-use super::plane::{CRITICAL_STYLE, POINT_STYLE, SIMPLE_STYLE, TREE_STYLE, hole_style};
+use super::plane::{CRITICAL_STYLE, SIMPLE_STYLE, hole_style, line_style};
 use super::scene::Scene;
 
 /// Width of a sample, with the room before its name.
@@ -90,8 +91,8 @@ fn samples(scene: &Scene<'_>) -> Vec<Sample> {
     let dark = STOPS[STOPS.len() - 1];
     let sample = |name, shape, style| Sample { name, shape, style };
     let mut samples = vec![
-        sample("point", Shape::Dot, format!("{POINT_STYLE} stroke-width=\"3.6\"")),
-        sample("tree edge", Shape::Line, format!("{TREE_STYLE} stroke-width=\"1.1\"")),
+        sample("point", Shape::Dot, format!("{} stroke-width=\"3.6\"", line_style(POINT))),
+        sample("tree edge", Shape::Line, format!("{} stroke-width=\"1.1\"", line_style(EDGE))),
     ];
     if !scene.view.critical.is_empty() {
         let style = format!("{CRITICAL_STYLE} stroke=\"{dark}\" stroke-width=\"4\"");

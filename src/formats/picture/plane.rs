@@ -9,6 +9,7 @@
 use hopes::topology::{Edge, Skeleton};
 
 use super::canvas::camera::{Camera, Extent};
+use super::canvas::colors::{EDGE, POINT};
 use super::canvas::layout::Rect;
 use super::canvas::marks::Grid;
 use super::canvas::numbers::short;
@@ -23,8 +24,6 @@ const LEAST_OUTLINE: f64 = 16.0;
 /// At most so many vertices of a simplified skeleton are marked.
 const NODES: usize = 2000;
 
-pub(super) const POINT_STYLE: &str = "fill=\"none\" stroke=\"#3c4a5e\" stroke-linecap=\"round\"";
-pub(super) const TREE_STYLE: &str = "fill=\"none\" stroke=\"#707d90\" stroke-linecap=\"round\"";
 pub(super) const CRITICAL_STYLE: &str = "fill=\"none\" stroke-linecap=\"round\"";
 pub(super) const SIMPLE_STYLE: &str =
     "fill=\"none\" stroke=\"#1b2432\" stroke-linecap=\"round\" stroke-linejoin=\"round\"";
@@ -88,7 +87,7 @@ impl Plane<'_> {
         let edges = &self.scene.view.tree;
         let data = self.segments(edges.len(), edges.iter().copied());
         let width = 1.1 * weight(self.scene.skeleton.vertices().len(), self.area);
-        page.path(&data, format_args!("class=\"tree\" {TREE_STYLE} stroke-width=\"{width:.2}\""));
+        page.path(&data, format_args!("class=\"tree\" {} stroke-width=\"{width:.2}\"", line_style(EDGE)));
     }
 
     pub(super) fn draw_points(&self, page: &mut Page) {
@@ -96,7 +95,7 @@ impl Plane<'_> {
         let places = vertices.iter().map(|vertex| self.camera.place(vertex.position.xy()));
         let data = Grid::new(vertices.len(), self.area).dots(places);
         let width = 3.6 * weight(vertices.len(), self.area);
-        page.path(&data, format_args!("class=\"points\" {POINT_STYLE} stroke-width=\"{width:.2}\""));
+        page.path(&data, format_args!("class=\"points\" {} stroke-width=\"{width:.2}\"", line_style(POINT)));
     }
 
     /// The more persistent an edge is, the bolder and the farther on top.
@@ -138,6 +137,11 @@ impl Plane<'_> {
             );
         }
     }
+}
+
+/// How points and tree edges look.
+pub(super) fn line_style(color: &str) -> String {
+    format!("fill=\"none\" stroke=\"{color}\" stroke-linecap=\"round\"")
 }
 
 /// How a hole looks.

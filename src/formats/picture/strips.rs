@@ -9,14 +9,12 @@
 
 use hopes::topology::{Gap, Selection};
 
+use super::canvas::colors::{DIAGONAL, SCALE, VERTICAL};
 use super::canvas::labels::{Label, Row, room};
 use super::canvas::page::{Anchor, Page, Type, text_width};
 use super::scale::Scale;
 use super::scene::Scene;
 
-const DIAGONAL: &str = "#0b7d62";
-const VERTICAL: &str = "#2563c9";
-const ALPHA: &str = "#9a3412";
 /// Height of the texts at the foot of the frame, with the room below them.
 const FOOT: f64 = 22.0;
 /// From a vertical line to its label.
@@ -65,10 +63,10 @@ fn draw_alpha(page: &mut Page, scale: Scale, alpha: f64) {
     }
     let [x, y] = scale.place(alpha, alpha);
     let corners = [[0.0, 0.0], [x, 0.0], [x, y], [0.0, y]];
-    page.polygon(&corners, format_args!("class=\"alive\" fill=\"{ALPHA}\" fill-opacity=\".06\""));
-    page.line([0.0, y], [scale.side, y], line_style(ALPHA, "alpha"));
-    vertical_line(page, scale, alpha, ALPHA, "alpha");
-    name_line(page, scale, x, ALPHA, "alpha");
+    page.polygon(&corners, format_args!("class=\"alive\" fill=\"{SCALE}\" fill-opacity=\".06\""));
+    page.line([0.0, y], [scale.side, y], line_style(SCALE, "alpha"));
+    vertical_line(page, scale, alpha, SCALE, "alpha");
+    name_line(page, scale, x, SCALE, "alpha");
 }
 
 fn diagonal_strip(page: &mut Page, scale: Scale, gap: &Gap) {

@@ -7,19 +7,22 @@
 //! Must not know: bytes, the graphics card.
 
 import { Camera } from "./drawing/camera.js";
-import { readPalette } from "./drawing/colors.js";
+import { assignColors, forgetColors, readPalette } from "./drawing/colors.js";
 import { TracksByLabel, isPicked, pickCycle } from "./drawing/picking.js";
 import { createRenderer } from "./drawing/renderer.js";
 import { Controls, choiceFrom } from "./panels/controls.js";
 import { Diagram } from "./panels/diagram.js";
+import { Ruler } from "./panels/ruler.js";
 import { Rate, showCycle, showStatus } from "./panels/status.js";
 import { Timeline } from "./panels/timeline.js";
 import { Session } from "./session/session.js";
 
-/** Milliseconds between two drawings of the panels at the least, while frames come. */
-const PANEL_INTERVAL = 70;
 /** How near to an edge a pointer must be, in pixels. A finger is less precise than a mouse. */
 const PICK_RADIUS = { mouse: 9, touch: 18 };
+
+/** Content that is so many times as wide as high gets the whole width, and keeps it down to the lesser ratio. */
+const WIDE = 2.8;
+const LEAST_WIDE = 2;
 
 const el = (id) => document.getElementById(id);
 
@@ -34,6 +37,7 @@ class Page {
     this.renderer = createRenderer(el("plane"), this.camera, this.tracksByLabel);
     this.diagram = new Diagram(el("diagram"), this.tracksByLabel);
     this.timeline = new Timeline(el("lives"));
+    this.ruler = new Ruler(this.camera);
     this.controls = new Controls(this.session, {
       fit: () => this.fit(),
       pickNext: (by) => this.pinNext(by),
@@ -47,7 +51,8 @@ class Page {
     this.counted = 0;
     this.drawn = null;
     this.nextDrawAt = 0;
-    this.panelsDrawnAt = 0;
+    /** What was drawn last, for tests. */
+    this.picture = null;
     this.listen();
   }
 
@@ -71,10 +76,21 @@ class Page {
       this.session.setHidden(document.hidden);
       this.requestDraw();
     });
+    new ResizeObserver(() => this.camera.refit()).observe(el("plane"));
     new ResizeObserver(() => this.requestDraw()).observe(el("views"));
     this.listenForPicks(el("plane"), (event) => this.pickInPlane(event));
     this.listenForPicks(el("diagram"), (event) => this.diagram.pickAt(event.offsetX, event.offsetY));
     this.listenForPicks(el("lives"), (event) => this.timeline.pickAt(event.offsetX, event.offsetY));
+    this.listenForPlaces(el("plane"), (place) => this.ruler.point(place));
+    this.listenForPlaces(el("diagram"), (place) => {
+      el("diagram-place").textContent = place ? this.diagram.describe(place.x, place.y) : "";
+    });
+  }
+
+  /** Tells where the pointer is in a canvas; null outside of it. */
+  listenForPlaces(canvas, show) {
+    canvas.addEventListener("pointermove", ({ offsetX, offsetY }) => show({ x: offsetX, y: offsetY }));
+    canvas.addEventListener("pointerleave", () => show(null));
   }
 
   /** Picks the cycle under the pointer of a canvas; a click pins it. */
@@ -127,6 +143,7 @@ class Page {
       this.fit();
       this.pin(null);
       this.drawn = null;
+      forgetColors();
     }
     if (what === "streams" || what === "stream") this.controls.showStreams();
     if (what === "status") return this.showStatus();
@@ -162,30 +179,51 @@ class Page {
     requestAnimationFrame(() => this.drawIfTime());
   }
 
+  /** Draws a picture: plane and panels at once, so that all of them show one frame. */
   draw() {
-    const { mirror, annotations } = this.session;
-    if (mirror.frame && mirror.frame !== this.drawn) this.drawings.add();
-    this.drawn = mirror.frame;
-    this.tracksByLabel.update(annotations.alive);
-    this.renderer.draw(mirror, annotations, this.pick);
-    const now = performance.now();
-    const isUrgent = this.pick !== this.panelsPick;
-    const left = PANEL_INTERVAL - (now - this.panelsDrawnAt);
-    if (!isUrgent && left > 0) return this.drawAfter(left);
-    [this.panelsDrawnAt, this.panelsPick] = [now, this.pick];
-    this.drawPanels();
-  }
-
-  /** Draws the panels, and shows the status. */
-  drawPanels() {
-    const { mirror, annotations, tracks, history } = this.session;
+    const { mirror, simplified, annotations, tracks, history } = this.session;
     const { frame } = mirror;
-    this.diagram.draw(frame, annotations.dots, this.pick);
-    const newest = history.steps[history.steps.length - 1]?.frame.number ?? 0;
-    this.timeline.draw(tracks.lifetimes, Number(newest), frame ? Number(frame.number) : 0, this.pick);
+    if (frame && frame !== this.drawn) this.drawings.add();
+    this.drawn = frame;
+    this.tracksByLabel.update(annotations.alive);
+    assignColors(annotations.alive);
+    this.renderer.draw({ mirror, simplified, annotations }, this.pick);
+    this.diagram.draw(frame, annotations, this.pick);
+    this.timeline.draw(tracks.lifetimes, history.newest, frame ? frame.number : 0, this.pick);
+    this.shapePlane();
+    this.ruler.show();
     this.controls.setLargest(this.diagram.largest || 1);
     this.showStatus();
     showCycle(this.pick, annotations.byId);
+    this.notePicture();
+  }
+
+  /** Gives the plane the whole width if its content is a wide strip, of which little would be seen in a square. */
+  shapePlane() {
+    const { box } = this.renderer.bounds;
+    if (!box) return;
+    const ratio = (box[2] - box[0]) / (box[3] - box[1] || 1e-300);
+    const { dataset } = document.body;
+    const isWide = ratio > (dataset.shape === "wide" ? LEAST_WIDE : WIDE);
+    if (isWide !== (dataset.shape === "wide")) dataset.shape = isWide ? "wide" : "compact";
+  }
+
+  /** Notes what was drawn, for tests: it must be of one frame, and nothing of it may be missing. */
+  notePicture() {
+    const { mirror, annotations } = this.session;
+    const { frame } = mirror;
+    this.picture = frame && {
+      frame: frame.number,
+      dots: annotations.dots.frame,
+      tracks: annotations.tracksFrame,
+      simplified: annotations.simplified,
+      diagram: this.diagram.frame,
+      cycles: frame.cycles,
+      critical: mirror.critical.count,
+      marked: this.diagram.shown,
+      holes: this.renderer.holes,
+      walks: annotations.alive.filter(({ id }) => annotations.cycles.get(id)?.length).length,
+    };
   }
 
   /** Shows the status, which needs no drawing. */
@@ -194,21 +232,16 @@ class Page {
     showStatus(this.session, this.followed.value, this.drawings.value);
   }
 
-  /** Draws again after a pause, so that every panel shows the last frame in the end. */
-  drawAfter(pause) {
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.requestDraw(), pause);
-  }
-
   /** The state for tests. */
   state() {
     const { visibleFrame } = this.renderer;
-    const { connection, mirror, annotations, choice, paused, history, resyncs } = this.session;
+    const { connection, mirror, simplified, annotations, choice, paused, history, resyncs } = this.session;
     return {
       connected: connection.state === "connected",
       stream: choice.stream,
-      frame: mirror.frame ? Number(mirror.frame.number) : null,
-      seen: visibleFrame ? Number(visibleFrame.number) : null,
+      frame: mirror.frame?.number ?? null,
+      seen: visibleFrame?.number ?? null,
+      picture: this.picture,
       points: mirror.frame ? Number(mirror.frame.points) : 0,
       edges: mirror.edges.count,
       critical: mirror.critical.count,
@@ -216,11 +249,12 @@ class Page {
       fps: this.followed.value,
       drawn: this.drawings.value,
       lag: connection.lag,
-      view: mirror.frame?.view ?? null,
+      view: mirror.frame && { cut: mirror.frame.view.cut, simplify: simplified.frame?.view.simplify ?? "No" },
       paused,
       back: history.before,
       resyncs,
       vertices: mirror.vertices.count,
+      simplified: annotations.simplified === null ? null : simplified.vertices.count,
       frames: this.session.framesReceived,
     };
   }

@@ -69,6 +69,8 @@ struct State {
     is_requested: bool,
     /// Nothing is sent after `ahead`.
     is_closed: bool,
+    /// The dots of the frame `at`, if they were there when it was sent.
+    held_dots: Option<Arc<PublishedDots>>,
     sent_dots: Option<Arc<PublishedDots>>,
     tracks: wire::TracksWanted,
     track_position: TrackPosition,
@@ -126,6 +128,7 @@ impl Cursor {
             awaited: None,
             is_requested: false,
             is_closed: false,
+            held_dots: None,
             sent_dots: None,
             tracks,
             track_position: TrackPosition::default(),
@@ -292,6 +295,7 @@ impl Cursor {
         let mut state = self.lock();
         if let Some(first) = state.ahead.pop_front() {
             state.last = Instant::now();
+            self.hold_dots(&mut state);
             return Some(first.message);
         }
         if state.awaited.is_some() && !state.is_requested && !state.is_closed {
@@ -305,16 +309,23 @@ impl Cursor {
             state.last = Instant::now();
             return Some(tracks);
         }
+        // Before the next frame: a consumer that is always behind would have no dots otherwise.
+        if let Some(dots) = self.next_dots(&mut state) {
+            state.last = Instant::now();
+            return Some(dots);
+        }
         match since {
-            Since::Nothing => self.next_dots(&mut state),
+            Since::Nothing => None,
             Since::Next(entry) => {
                 state.at = entry.info.number;
                 state.last = Instant::now();
+                self.hold_dots(&mut state);
                 Some(entry.message.clone())
             }
             Since::Run(run) => {
                 // Merging takes time, and the engine must not wait for this lock meanwhile.
                 state.at = run.last().map_or(at, |last| last.info.number);
+                self.hold_dots(&mut state);
                 drop(state);
                 self.catch_up(at, &run)
             }
@@ -363,20 +374,33 @@ impl Cursor {
         }
     }
 
-    /// The newest dots, if the consumer has their frame and has not got them before.
+    /// Keeps the dots of the frame that is sent, if they are there: the engine may replace them before their turn.
+    fn hold_dots(&self, state: &mut State) {
+        let (at, is_wanted) = (state.at, state.dots_wanted() > 0);
+        if state.held_dots.as_ref().is_none_or(|held| held.frame != at) {
+            state.held_dots = self.stream.published.dots().filter(|dots| is_wanted && dots.frame == at);
+        }
+    }
+
+    /// The dots of the frame that the consumer has, if they are known and it was not told before. In place of dots that
+    /// it has already, it gets a heartbeat with that frame.
     fn next_dots(&self, state: &mut State) -> Option<Encoded> {
         let most = state.dots_wanted();
-        let newest = self.stream.published.dots().filter(|dots| most > 0 && dots.frame == state.at)?;
-        if state.sent_dots.as_ref().is_some_and(|sent| Arc::ptr_eq(sent, &newest)) {
-            return None;
+        let held = state.held_dots.take().filter(|dots| dots.frame == state.at);
+        let known = held.or_else(|| self.stream.published.dots().filter(|dots| dots.frame == state.at));
+        let dots = known.filter(|_| most > 0)?;
+        let sent = state.sent_dots.replace(Arc::clone(&dots));
+        let stream = self.stream.number;
+        match sent {
+            Some(sent) if Arc::ptr_eq(&sent, &dots) => None,
+            Some(sent) if sent.top(most) == dots.top(most) => {
+                encoded(wire::Heartbeat { stream, frame: dots.frame }, &self.consumer.account)
+            }
+            _ => {
+                let (total, top) = dots.top(most);
+                encoded(wire::Dots { stream, frame: dots.frame, total, dots: top.to_vec() }, &self.consumer.account)
+            }
         }
-        let is_known = state.sent_dots.as_ref().is_some_and(|sent| sent.top(most) == newest.top(most));
-        let message = (!is_known).then(|| {
-            let (total, dots) = newest.top(most);
-            wire::Dots { stream: self.stream.number, frame: newest.frame, total, dots: dots.to_vec() }
-        });
-        state.sent_dots = Some(newest);
-        message.and_then(|message| encoded(message, &self.consumer.account))
     }
 
     /// The events of tracks up to the frame that the consumer has.

@@ -7,6 +7,7 @@
 
 pub mod axis;
 pub mod camera;
+pub mod colors;
 pub mod labels;
 pub mod layout;
 pub mod marks;

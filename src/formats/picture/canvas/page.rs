@@ -8,18 +8,9 @@
 
 use std::fmt::{self, Display, Write};
 
+pub use super::colors::{FRAME, GRID, GROUND, INK, MUTED, PANEL};
 use super::layout::Rect;
 
-/// The colour of text and of what must stand out.
-pub const INK: &str = "#1b2432";
-/// The colour of what explains.
-pub const MUTED: &str = "#566072";
-/// The colour of frames.
-pub const FRAME: &str = "#c9d0da";
-/// The colour of the panels' ground.
-pub const GROUND: &str = "#fbfcfd";
-/// The colour of grid lines.
-pub const GRID: &str = "#e9edf2";
 /// The size of most texts.
 pub const TEXT_SIZE: f64 = 12.0;
 
@@ -74,7 +65,7 @@ impl Page {
              font-family=\"Ubuntu,'Segoe UI','Helvetica Neue',Arial,sans-serif\" font-size=\"{TEXT_SIZE}\">\n"
         ));
         page.put(format_args!("<title>{}</title>\n<desc>{}</desc>\n", Escaped(title), Escaped(description)));
-        page.put(format_args!("<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n"));
+        page.put(format_args!("<rect width=\"{width}\" height=\"{height}\" fill=\"{PANEL}\"/>\n"));
         page
     }
 

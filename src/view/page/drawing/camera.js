@@ -18,8 +18,8 @@ export class Camera {
     this.y = 0;
     /** CSS pixels a unit. */
     this.scale = 1;
-    /** Whether the camera follows the content. */
-    this.isFitting = true;
+    /** Whether the camera follows the content, and whether it does so exactly the next time. */
+    this.isFitting = this.isExact = true;
     /** Pointers that are down, by id. @type {Map<number, {x: number, y: number}>} */
     this.down = new Map();
     /** How far the pointers have moved since the first went down. */
@@ -36,6 +36,12 @@ export class Camera {
   /** Follows the content from now on. */
   fit() {
     this.isFitting = true;
+    this.refit();
+  }
+
+  /** Fits the content exactly, if it is followed: the canvas may have another size. */
+  refit() {
+    this.isExact = true;
     this.moved();
   }
 
@@ -49,8 +55,8 @@ export class Camera {
     const drift = Math.max(Math.abs(x - this.x), Math.abs(y - this.y)) * this.scale;
     const ratio = fitting / this.scale;
     const isFine = ratio > 0.97 && ratio < 1.25 && drift < 0.04 * Math.min(clientWidth, clientHeight);
-    if (isFine || !Number.isFinite(fitting) || fitting <= 0) return;
-    [this.x, this.y, this.scale] = [x, y, fitting];
+    if ((isFine && !this.isExact) || !Number.isFinite(fitting) || fitting <= 0) return;
+    [this.x, this.y, this.scale, this.isExact] = [x, y, fitting, false];
   }
 
   pan(right, down) {

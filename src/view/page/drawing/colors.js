@@ -1,43 +1,86 @@
 //! Colours: those of the style sheet for canvases, and one for each track.
 //!
-//! In: the style sheet's custom properties; ids of tracks.
+//! In: the style sheet's custom properties; living tracks.
 //! Out: CSS colours, and triples from 0 to 1 for WebGL.
-//! Invariants: a track keeps its colour as long as it lives. The hues of neighbouring ids are far apart; all colours of
-//! tracks have about the same lightness.
+//! Invariants: a track keeps its colour as long as it lives. A new one gets the colour whose tracks are farthest away,
+//! so as many tracks as there are colours all differ. Any two colours of a scheme can be told apart, also by the
+//! colour-blind, and from the ground (tests/page/colors.test.js has the figures).
 //! Must not know: what is drawn.
 
 /** @typedef {{css: string, rgb: [number, number, number]}} Color */
 
-const NAMES = ["ground", "ink", "muted", "line", "point", "edge", "critical", "diagonal", "vertical"];
-/** The golden angle in degrees: the hues of any number of ids are spread evenly. */
-const GOLDEN_ANGLE = 137.50776;
-/** Colours of tracks that are cached at the most. */
-const MAX_CACHED = 4096;
+const NAMES = ["ground", "panel", "ink", "muted", "line", "point", "edge", "critical", "diagonal", "vertical"];
+/** Colours of tracks on light and on dark ground. */
+export const TRACK_COLORS = {
+  light: ["#8c418b", "#04a322", "#831c0b", "#c17277", "#2258e5", "#0c6944", "#7a6813", "#a27fce"],
+  dark: ["#6357f0", "#d02f14", "#92e8aa", "#137b5e", "#fcb5f9", "#4f99f9", "#b2954a", "#f4428d"],
+};
+const COUNT = TRACK_COLORS.light.length;
+/** Tracks whose colours are remembered at the most. */
+const MAX_KNOWN = 8192;
 
-/** @type {Map<number, Color>} */
-const cache = new Map();
 /** The colours of the style sheet. @type {Record<string, Color>} */
 export const palette = {};
-let lightness = 0.6;
+/** @type {Color[]} */
+let trackColors = [];
+/** The index of each track's colour, by id, in the order in which they were given. @type {Map<number, number>} */
+const known = new Map();
 
 /** Reads the style sheet's colours, which depend on the colour scheme. */
 export function readPalette() {
   const style = getComputedStyle(document.documentElement);
   for (const name of NAMES) palette[name] = fromHex(style.getPropertyValue(`--${name}`).trim());
-  lightness = palette.ground.rgb[0] < 0.5 ? 0.76 : 0.58;
-  cache.clear();
+  trackColors = TRACK_COLORS[palette.ground.rgb[0] < 0.5 ? "dark" : "light"].map(fromHex);
+  document.documentElement.style.setProperty("--track", trackColors[0].css);
 }
 
-/** The colour of a track. @returns {Color} */
-export function colorOf(id) {
-  let color = cache.get(id);
-  if (!color) {
-    if (cache.size >= MAX_CACHED) cache.clear();
-    color = fromRgb(oklch(lightness, 0.145, ((id * GOLDEN_ANGLE + 200) % 360) * (Math.PI / 180)));
-    cache.set(id, color);
+/** Forgets all tracks: in another stream their ids are those of other tracks. */
+export const forgetColors = () => known.clear();
+
+/** Gives colours to tracks that have none yet. @param {import("../session/tracks.js").Track[]} alive */
+export function assignColors(alive) {
+  const colored = alive.filter(({ id }) => known.has(id));
+  for (const track of alive) {
+    if (known.has(track.id)) continue;
+    known.set(track.id, freestColor(track, colored));
+    colored.push(track);
   }
-  return color;
+  if (known.size > MAX_KNOWN) forgetOldest(alive);
 }
+
+/** The colour whose nearest track is farthest away; of several that no track has, the first from that of the id on. */
+function freestColor({ id, center }, colored) {
+  const nearest = new Array(COUNT).fill(Infinity);
+  for (const other of colored) {
+    const index = known.get(other.id);
+    const distance = Math.hypot(center[0] - other.center[0], center[1] - other.center[1]);
+    if (!(distance >= nearest[index])) nearest[index] = distance;
+  }
+  let best = id % COUNT;
+  for (let i = 1; i < COUNT; i++) {
+    const index = (id + i) % COUNT;
+    if (nearest[index] > nearest[best]) best = index;
+  }
+  return best;
+}
+
+/** Forgets the tracks that got their colours first, but for those that live. */
+function forgetOldest(alive) {
+  const living = new Set(alive.map(({ id }) => id));
+  for (const id of known.keys()) {
+    if (known.size <= MAX_KNOWN / 2) return;
+    if (!living.has(id)) known.delete(id);
+  }
+}
+
+/** The index of a track's colour. One that was never seen alive has any. */
+export const colorIndexOf = (id) => known.get(id) ?? id % COUNT;
+
+/** The colour of a track. @returns {Color} */
+export const colorOf = (id) => trackColors[colorIndexOf(id)];
+
+/** The colour of a track in legends. */
+export const sampleColor = () => trackColors[0];
 
 /** A CSS colour with an opacity. @param {Color} color */
 export const withAlpha = (color, alpha) =>
@@ -48,31 +91,4 @@ export const withAlpha = (color, alpha) =>
 /** @returns {Color} */
 function fromHex(css) {
   return { css, rgb: [1, 3, 5].map((at) => parseInt(css.slice(at, at + 2), 16) / 255) };
-}
-
-function fromRgb(rgb) {
-  const css = `#${rgb
-    .map((part) =>
-      Math.round(255 * part)
-        .toString(16)
-        .padStart(2, "0"),
-    )
-    .join("")}`;
-  return { css, rgb };
-}
-
-/** A colour of perceptual lightness (Ottosson's Oklab), clipped to sRGB. */
-function oklch(light, chroma, hue) {
-  const [a, b] = [chroma * Math.cos(hue), chroma * Math.sin(hue)];
-  const l = (light + 0.3963377774 * a + 0.2158037573 * b) ** 3;
-  const m = (light - 0.1055613458 * a - 0.0638541728 * b) ** 3;
-  const s = (light - 0.0894841775 * a - 1.291485548 * b) ** 3;
-  return [
-    4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s,
-    -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
-    -0.0041960863 * l - 0.7034186147 * m + 1.707614701 * s,
-  ].map((part) => {
-    const cut = Math.min(1, Math.max(0, part));
-    return cut <= 0.0031308 ? 12.92 * cut : 1.055 * cut ** (1 / 2.4) - 0.055;
-  });
 }

@@ -5,6 +5,8 @@
 //! Invariants: a cycle is identified by its track if it has one, else by its label.
 //! Must not know: drawing, the page.
 
+import { HOLE } from "../session/dots.js";
+
 /**
  * A picked cycle: its track, if it has one, and its label.
  * @typedef {{track: number | null, birth: number, death: number}} Pick
@@ -50,7 +52,7 @@ export const isPicked = (pick, track, birth, death) =>
  * @returns {Pick | null}
  */
 export function pickCycle(mirror, annotations, tracksByLabel, x, y, radius) {
-  return pickCritical(mirror, tracksByLabel, x, y, radius) ?? pickHole(mirror, annotations, x, y);
+  return pickCritical(mirror, tracksByLabel, x, y, radius) ?? pickHole(mirror, annotations, tracksByLabel, x, y);
 }
 
 function pickCritical({ critical, vertices }, tracksByLabel, x, y, radius) {
@@ -75,20 +77,20 @@ function squaredDistance(vertices, a, b, x, y) {
   return (x - ax - along * dx) ** 2 + (y - ay - along * dy) ** 2;
 }
 
-function pickHole({ vertices, frame }, { alive, cycles }, x, y) {
+function pickHole({ vertices }, { alive, cycles, dots }, tracksByLabel, x, y) {
   let best = null;
-  // A simplified view lacks most vertices of walks and shows circles instead.
-  const isSimplified = frame !== null && frame.view.simplify !== "No";
   for (const track of alive) {
     if (best && track.area >= best.area) continue;
     const walks = cycles.get(track.id);
-    const { center, radius } = track;
-    const isIn = isSimplified
-      ? Math.hypot(x - center[0], y - center[1]) < radius
-      : walks?.length > 0 && isInside(vertices, walks, x, y);
-    if (isIn) best = track;
+    if (walks?.length > 0 && isInside(vertices, walks, x, y)) best = track;
   }
-  return best && { track: best.id, birth: best.birth, death: best.death };
+  if (best) return { track: best.id, birth: best.birth, death: best.death };
+  // A hole without a track has a circle.
+  for (let at = 0; at < dots.holes.length; at += HOLE) {
+    const [birth, death, left, bottom, radius] = dots.holes.subarray(at, at + HOLE);
+    if (Math.hypot(x - left, y - bottom) < radius) return tracksByLabel.pick(birth, death);
+  }
+  return null;
 }
 
 /** Whether a point is inside: an odd number of the walks' edges is to the right of it. */

@@ -1,12 +1,18 @@
 //! The renderer of the plane: WebGL2 where there is a graphics card, else the processor.
 //!
 //! In: a canvas.
-//! Out: one of two renderers with the same interface: `draw`, `isBusy`, `visibleFrame`, `bounds`.
+//! Out: one of two renderers with the same interface: `draw`, `isBusy`, `visibleFrame`, `bounds`, `holes`.
 //! Invariants: a canvas keeps its renderer.
 //! Must not know: what is drawn.
 
 import { SoftwareRenderer } from "./software_renderer.js";
 import { WebglRenderer } from "./webgl_renderer.js";
+
+/**
+ * What is drawn: skeleton, simplified skeleton and annotations of one frame.
+ * @typedef {{mirror: import("../session/mirror.js").Mirror, simplified: import("../session/mirror.js").Mirror,
+ *   annotations: import("../session/history.js").Annotations}} Picture
+ */
 
 /**
  * @param {HTMLCanvasElement} canvas @param {import("./camera.js").Camera} camera

@@ -1,6 +1,6 @@
 //! The plane without a graphics card: the same picture, drawn by the processor.
 //!
-//! In: a mirror and its annotations, a camera, the picked cycle.
+//! In: a picture (mirrors and annotations of one frame), a camera, the picked cycle.
 //! Out: pixels.
 //! Invariants: numerous elements are drawn into a raster without antialiasing; cycles are drawn with antialiasing. A
 //! drawn walk has no more corners than pixels.
@@ -10,7 +10,15 @@ import { Bounds } from "./bounds.js";
 import { colorOf, palette } from "./colors.js";
 import { forChangedRanges, writeEdgeIndices } from "./indices.js";
 import { Raster, packColor } from "./raster.js";
-import { fillOpacity, filledHoles, forCriticalEdges, outlinesOf, pointSize } from "./styles.js";
+import {
+  SIMPLIFIED_WIDTH,
+  fillOpacity,
+  filledHoles,
+  forCriticalEdges,
+  outlinesOf,
+  pointSize,
+  treeOpacity,
+} from "./styles.js";
 
 /** The coordinates of free slots: outside of every view. */
 const OUTSIDE = -1e9;
@@ -27,6 +35,8 @@ export class SoftwareRenderer {
     this.bounds = new Bounds();
     /** The frame on the screen, or null. */
     this.visibleFrame = null;
+    /** How many holes are filled. */
+    this.holes = 0;
     this.raster = new Raster();
     /** The canvas through which the raster is blended into the picture. */
     this.layer = document.createElement("canvas");
@@ -40,19 +50,20 @@ export class SoftwareRenderer {
     );
   }
 
-  /** Draws a frame. @param {import("../session/mirror.js").Mirror} mirror */
-  draw(mirror, annotations, pick) {
+  /** Draws a picture. @param {import("./renderer.js").Picture} picture */
+  draw({ mirror, simplified, annotations }, pick) {
     const box = this.bounds.update(mirror.vertices);
     if (box) this.camera.follow(box);
     this.begin();
     this.project(mirror.vertices);
     this.updateEdgeIndices(mirror);
     this.fillHoles(mirror, annotations, pick);
-    this.drawTree(mirror);
+    this.drawTree(mirror, treeOpacity(annotations));
     const thick = this.drawThinCritical(mirror, pick);
     this.drawRaster();
     this.drawOutlines(mirror, annotations, pick);
     for (const edge of thick) this.drawThickCritical(edge);
+    if (annotations.simplified !== null) this.drawSimplified(simplified);
     this.visibleFrame = mirror.frame;
   }
 
@@ -105,9 +116,9 @@ export class SoftwareRenderer {
   }
 
   /** Draws tree edges and points. */
-  drawTree({ vertices, edges }) {
+  drawTree({ vertices, edges }, opacity) {
     const { raster, positions, edgeIndices } = this;
-    const edge = packColor(palette.edge.rgb, 0.85);
+    const edge = packColor(palette.edge.rgb, opacity);
     for (let at = 0; at < 2 * edges.end; at += 2) {
       const [from, to] = [2 * edgeIndices[at], 2 * edgeIndices[at + 1]];
       if (from !== to) raster.line(positions[from], positions[from + 1], positions[to], positions[to + 1], edge);
@@ -151,9 +162,11 @@ export class SoftwareRenderer {
   /** Fills what is inside an odd number of a hole's walks. */
   fillHoles(mirror, annotations, pick) {
     const { context } = this;
-    for (const track of filledHoles(mirror, annotations)) {
+    this.holes = 0;
+    for (const track of filledHoles(annotations)) {
       context.beginPath();
-      for (const walk of annotations.cycles.get(track.id)) this.trace(mirror.vertices, walk);
+      const traced = annotations.cycles.get(track.id).filter((walk) => this.trace(mirror.vertices, walk));
+      if (traced.length > 0) this.holes += 1;
       context.globalAlpha = fillOpacity(track, pick);
       context.fillStyle = colorOf(track.id).css;
       context.fill("evenodd");
@@ -163,28 +176,43 @@ export class SoftwareRenderer {
 
   drawOutlines(mirror, annotations, pick) {
     const { context } = this;
-    for (const { track, walk, color, alpha, width } of outlinesOf(mirror, annotations, pick)) {
+    for (const { circle, walk, color, alpha, width } of outlinesOf(annotations, this.tracksByLabel, pick)) {
       context.beginPath();
       if (walk) this.trace(mirror.vertices, walk);
-      else this.circle(track);
+      else context.arc(...this.place(circle.x, circle.y), circle.radius * this.camera.scale, 0, 7);
       this.stroke(color, alpha, width);
     }
   }
 
-  circle({ center: [x, y], radius }) {
-    const { camera, canvas, context } = this;
+  /** The pixel of a place of the plane. */
+  place(x, y) {
+    const { camera, canvas } = this;
     const [left, top] = [canvas.clientWidth / 2, canvas.clientHeight / 2];
-    context.arc(left + (x - camera.x) * camera.scale, top - (y - camera.y) * camera.scale, radius * camera.scale, 0, 7);
+    return [left + (x - camera.x) * camera.scale, top - (y - camera.y) * camera.scale];
   }
 
-  /** Adds a walk to the path, without corners closer than a pixel. A walk with an unknown vertex is left out. */
+  /** Draws the simplified skeleton, whose vertices are its own. */
+  drawSimplified({ vertices, edges }) {
+    const { context } = this;
+    context.beginPath();
+    for (let at = 0; at < 2 * edges.end; at += 2) {
+      if (edges.rows[at] < 0) continue;
+      const ends = [edges.rows[at], edges.rows[at + 1]].map((id) => 3 * vertices.find(id));
+      const [from, to] = ends.map((row) => this.place(vertices.rows[row + 1], vertices.rows[row + 2]));
+      context.moveTo(...from);
+      context.lineTo(...to);
+    }
+    this.stroke(palette.ink, 1, SIMPLIFIED_WIDTH);
+  }
+
+  /** Adds a walk to the path, without corners closer than a pixel. False if one is unknown: the walk is left out. */
   trace(vertices, walk) {
     const { positions, context } = this;
     const path = [];
     let [left, top] = [Infinity, Infinity];
     for (const id of walk) {
       const at = 2 * vertices.find(id);
-      if (at < 0) return;
+      if (at < 0) return false;
       const [x, y] = [positions[at], positions[at + 1]];
       if (Math.abs(x - left) + Math.abs(y - top) < 1) continue;
       path.push(x, y);
@@ -195,5 +223,6 @@ export class SoftwareRenderer {
       else context.lineTo(path[i], path[i + 1]);
     }
     if (path.length > 0) context.closePath();
+    return true;
   }
 }

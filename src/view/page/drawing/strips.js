@@ -1,11 +1,12 @@
-//! Thick lines of the plane as strips: outlines of holes, and critical edges above them.
+//! Thick lines of the plane as strips: outlines of holes, critical edges above them, the simplified skeleton above all.
 //!
-//! In: a mirror and its annotations, the picked cycle, the renderer's origin and positions.
+//! In: a picture, the picked cycle, the renderer's origin and positions.
 //! Out: a texture of strips.
 //! Invariants: a track's strips have its colour. The order of strips is the order in which they are drawn.
 //! Must not know: cameras.
 
-import { CORNERS, forCriticalEdges, outlinesOf } from "./styles.js";
+import { palette } from "./colors.js";
+import { CORNERS, SIMPLIFIED_WIDTH, forCriticalEdges, outlinesOf } from "./styles.js";
 import { STRIP, StripTexture } from "./webgl.js";
 
 export class Strips {
@@ -22,14 +23,15 @@ export class Strips {
    * `space` is the renderer's origin and unit, the positions of vertices in it, and the pixels of a CSS pixel.
    * @param {{x: number, y: number, unit: number, positions: Float32Array, ratio: number}} space
    */
-  build(mirror, annotations, pick, space) {
+  build({ mirror, simplified, annotations }, pick, space) {
     this.space = space;
     const { vertices, critical } = mirror;
-    const outlines = outlinesOf(mirror, annotations, pick);
-    this.texture.reserve(critical.count + outlines.reduce((sum, { length }) => sum + length, 0));
+    const outlines = outlinesOf(annotations, this.tracksByLabel, pick);
+    const lines = outlines.reduce((sum, { length }) => sum + length, critical.count);
+    this.texture.reserve(lines + simplified.edges.count);
     this.count = 0;
-    for (const { track, walk, color, alpha, width } of outlines) {
-      if (!walk) this.addCircle(track, color.rgb, alpha, width);
+    for (const { circle, walk, color, alpha, width } of outlines) {
+      if (circle) this.addCircle(circle, color.rgb, alpha, width);
       for (let i = 0; walk && i < walk.length; i++) {
         this.addLine(vertices, walk[i], walk[(i + 1) % walk.length], color.rgb, alpha, width);
       }
@@ -37,19 +39,32 @@ export class Strips {
     forCriticalEdges(critical, this.tracksByLabel, pick, (a, b, { rgb }, alpha, width) =>
       this.addLine(vertices, a, b, rgb, alpha, width),
     );
+    if (annotations.simplified !== null) this.addSimplified(simplified);
     this.texture.write(this.count);
     return this.count;
   }
 
-  /** Adds the inscribed circle of a hole whose walks are not known. */
-  addCircle({ center, radius }, rgb, alpha, width) {
+  /** A place of the plane as the renderer has it. */
+  place(x, y) {
     const { space } = this;
-    const [x, y] = [(center[0] - space.x) / space.unit, (center[1] - space.y) / space.unit];
-    const r = radius / space.unit;
+    return [(x - space.x) / space.unit, (y - space.y) / space.unit];
+  }
+
+  /** Adds the inscribed circle of a hole. */
+  addCircle({ x, y, radius }, rgb, alpha, width) {
     const turn = (2 * Math.PI) / CORNERS;
-    for (let i = 0; i < CORNERS; i++) {
-      const at = (angle) => [x + r * Math.cos(angle), y + r * Math.sin(angle)];
-      this.addStrip(...at(i * turn), ...at((i + 1) * turn), rgb, alpha, width);
+    const at = (angle) => this.place(x + radius * Math.cos(angle), y + radius * Math.sin(angle));
+    for (let i = 0; i < CORNERS; i++) this.addStrip(...at(i * turn), ...at((i + 1) * turn), rgb, alpha, width);
+  }
+
+  /** Adds the edges of the simplified skeleton, whose vertices are its own. */
+  addSimplified({ vertices, edges }) {
+    const { rgb } = palette.ink;
+    for (let at = 0; at < 2 * edges.end; at += 2) {
+      if (edges.rows[at] < 0) continue;
+      const ends = [edges.rows[at], edges.rows[at + 1]].map((id) => 3 * vertices.find(id));
+      const [from, to] = ends.map((row) => this.place(vertices.rows[row + 1], vertices.rows[row + 2]));
+      this.addStrip(...from, ...to, rgb, 1, SIMPLIFIED_WIDTH);
     }
   }
 

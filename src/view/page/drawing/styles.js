@@ -1,10 +1,12 @@
 //! Styles of cycles, shared by both renderers: which are drawn, in which order, and how.
 //!
 //! In: a mirror and its annotations, the picked cycle.
-//! Out: holes, outlines and critical edges with colours, opacities, and half their widths in pixels.
+//! Out: holes, outlines and critical edges with colours, opacities, and half their widths in pixels. A hole that is no
+//! track, whose boundary is not known, is a circle.
 //! Invariants: a track has one colour everywhere.
 //! Must not know: cameras, canvases.
 
+import { HOLE } from "../session/dots.js";
 import { colorOf, palette } from "./colors.js";
 import { isPicked } from "./picking.js";
 
@@ -18,9 +20,13 @@ export const CORNERS = 48;
 /** The diameter of a point, for a mean spacing of points in pixels. */
 export const pointSize = (spacing) => Math.min(4.5, Math.max(1.25, 0.35 * spacing));
 
-/** The tracks whose holes are filled, the largest first: none in a simplified view, which lacks most vertices. */
-export function filledHoles({ frame }, { alive, cycles }) {
-  if (!frame || frame.view.simplify !== "No") return [];
+/** Half the width of the simplified skeleton, in pixels. */
+export const SIMPLIFIED_WIDTH = 1.5;
+/** The opacity of tree edges, also under a simplified skeleton. */
+export const treeOpacity = ({ simplified }) => (simplified === null ? 1 : 0.45);
+
+/** The tracks whose holes are filled, the largest first. */
+export function filledHoles({ alive, cycles }) {
   return alive
     .filter((track) => cycles.get(track.id)?.length)
     .sort((a, b) => b.area - a.area)
@@ -30,18 +36,22 @@ export function filledHoles({ frame }, { alive, cycles }) {
 /** The opacity of a filled hole. */
 export const fillOpacity = (track, pick) => (isPicked(pick, track.id) ? 0.5 : track.selected ? 0.26 : 0.1);
 
-/** The outlines of holes: walks, or circles in a simplified view, which lacks most vertices of walks. */
-export function outlinesOf({ frame }, { alive, cycles }, pick) {
-  const style = (track) => {
+/** The outlines of holes: walks of tracks, and circles of the view's cycles that are no tracks. */
+export function outlinesOf({ alive, cycles, dots }, tracksByLabel, pick) {
+  const ofTracks = alive.flatMap((track) => {
     const [alpha, width] = isPicked(pick, track.id) ? [1, 1.3] : [track.selected ? 0.8 : 0.3, 0.65];
-    return { track, color: colorOf(track.id), alpha, width };
-  };
-  if (frame && frame.view.simplify !== "No") {
-    return alive.map((track) => ({ ...style(track), walk: null, length: CORNERS }));
+    const style = { color: colorOf(track.id), alpha, width, circle: null };
+    return (cycles.get(track.id) ?? []).map((walk) => ({ ...style, walk, length: walk.length }));
+  });
+  const ofOthers = [];
+  for (let at = 0; at < dots.holes.length; at += HOLE) {
+    const [birth, death, x, y, radius] = dots.holes.subarray(at, at + HOLE);
+    if (tracksByLabel.find(birth, death)) continue;
+    const [alpha, width] = isPicked(pick, null, birth, death) ? [1, 1.3] : [0.7, 0.65];
+    const style = { color: palette.critical, alpha, width, walk: null };
+    ofOthers.push({ ...style, circle: { x, y, radius }, length: CORNERS });
   }
-  return alive.flatMap((track) =>
-    (cycles.get(track.id) ?? []).map((walk) => ({ ...style(track), walk, length: walk.length })),
-  );
+  return [...ofTracks, ...ofOthers];
 }
 
 /**

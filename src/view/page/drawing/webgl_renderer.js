@@ -1,6 +1,6 @@
 //! The plane with a graphics card: points, tree edges, critical edges and filled holes, drawn by WebGL2.
 //!
-//! In: a mirror and its annotations, a camera, the picked cycle.
+//! In: a picture (mirrors and annotations of one frame), a camera, the picked cycle.
 //! Out: pixels.
 //! Invariants: only blocks that changed are uploaded. Uploaded coordinates are relative to an origin near the points,
 //! so that the 24 bits of a float suffice. A lost context is rebuilt.
@@ -10,7 +10,7 @@ import { Bounds } from "./bounds.js";
 import { colorOf, palette } from "./colors.js";
 import { forChangedRanges, writeEdgeIndices } from "./indices.js";
 import { Strips } from "./strips.js";
-import { fillOpacity, filledHoles, pointSize } from "./styles.js";
+import { fillOpacity, filledHoles, pointSize, treeOpacity } from "./styles.js";
 import { Buffer, programs } from "./webgl.js";
 
 /** The coordinates of free slots: outside of every view. */
@@ -31,6 +31,8 @@ export class WebglRenderer {
     /** The newest frame whose drawing is finished, and drawings that may not be finished, the oldest first. */
     this.finished = null;
     this.pending = [];
+    /** How many holes are filled. */
+    this.holes = 0;
     this.build();
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => this.build());
@@ -61,9 +63,10 @@ export class WebglRenderer {
     return array;
   }
 
-  /** Draws a frame. @param {import("../session/mirror.js").Mirror} mirror */
-  draw(mirror, annotations, pick) {
+  /** Draws a picture. @param {import("./renderer.js").Picture} picture */
+  draw(picture, pick) {
     const { gl } = this;
+    const { mirror, annotations } = picture;
     if (gl.isContextLost()) return;
     this.updateOrigin(mirror);
     this.upload(mirror);
@@ -71,9 +74,9 @@ export class WebglRenderer {
     gl.bindVertexArray(this.positionsArray);
     this.useFlat();
     this.drawHoles(mirror, annotations, pick);
-    this.drawEdges(mirror);
+    this.drawEdges(mirror, treeOpacity(annotations));
     this.drawPoints(mirror);
-    this.drawStrips(mirror, annotations, pick);
+    this.drawStrips(picture, pick);
     gl.bindVertexArray(null);
     this.pending.push({ frame: mirror.frame, fence: gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0) });
     gl.flush();
@@ -171,9 +174,9 @@ export class WebglRenderer {
     this.gl.uniform4f(this.programs.flat.color, ...color.rgb, alpha);
   }
 
-  drawEdges({ edges }) {
+  drawEdges({ edges }, opacity) {
     this.edgeIndices.bind();
-    this.setColor(palette.edge, 0.85);
+    this.setColor(palette.edge, opacity);
     this.gl.drawElements(this.gl.LINES, 2 * edges.end, this.gl.UNSIGNED_INT, 0);
   }
 
@@ -191,7 +194,8 @@ export class WebglRenderer {
   /** Fills each hole with the stencil: inside is where an odd number of the triangles of its fans overlap. */
   drawHoles(mirror, annotations, pick) {
     const { gl } = this;
-    const ranges = this.uploadFans(mirror.vertices, filledHoles(mirror, annotations), annotations.cycles);
+    const ranges = this.uploadFans(mirror.vertices, filledHoles(annotations), annotations.cycles);
+    this.holes = ranges.length;
     gl.enable(gl.STENCIL_TEST);
     for (const { track, from, count } of ranges) {
       gl.colorMask(false, false, false, false);
@@ -226,9 +230,9 @@ export class WebglRenderer {
   }
 
   /** Draws outlines of holes, and critical edges above them. */
-  drawStrips(mirror, annotations, pick) {
+  drawStrips(picture, pick) {
     const { gl } = this;
-    const count = this.strips.build(mirror, annotations, pick, {
+    const count = this.strips.build(picture, pick, {
       ...this.origin,
       positions: this.positions.array,
       ratio: this.ratio,

@@ -75,6 +75,7 @@ export class Controls {
     el("pause").addEventListener("click", () => this.session.setPaused(!this.session.paused));
     el("back").addEventListener("click", () => this.step(-1));
     el("forward").addEventListener("click", () => this.step(1));
+    el("help-open").addEventListener("click", () => this.openHelp());
     el("fit").addEventListener("click", () => this.actions.fit());
     addEventListener("keydown", (event) => this.key(event));
   }
@@ -96,7 +97,6 @@ export class Controls {
     this.alpha ??= this.largest / 4;
     const cut = { full: "Full", reduced: { Reduced: this.alpha }, derived: { Derived: this.ranks } }[this.kind];
     const simplify = el("simplify").checked && cut !== "Full" ? "AtScale" : "No";
-    this.session.setPaused(false);
     this.session.chooseView({ cut, simplify });
     this.show();
   }
@@ -151,8 +151,12 @@ export class Controls {
     this.show();
   }
 
+  openHelp() {
+    if (!el("help").open) el("help").showModal();
+  }
+
   key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || el("help").open) return;
     const { tagName } = event.target;
     if (tagName === "SELECT" || (tagName === "BUTTON" && [" ", "Enter"].includes(event.key))) return;
     const actions = {
@@ -171,6 +175,7 @@ export class Controls {
       "]": () => this.actions.pickNext(1),
       "[": () => this.actions.pickNext(-1),
       Escape: () => this.actions.unpick(),
+      "?": () => this.openHelp(),
     };
     if (!actions[event.key]) return;
     actions[event.key]();

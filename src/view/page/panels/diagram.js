@@ -1,73 +1,89 @@
-//! The persistence diagram: a dot for each cycle, the selected gaps shaded, the picked cycle highlighted.
+//! The persistence diagram: a dot for each cycle, crowds as shades, the selected gaps shaded, the picked cycle
+//! highlighted.
 //!
-//! In: dots, a frame, the picked cycle.
-//! Out: pixels; the dot under a pointer.
-//! Invariants: the cycles of the view are those outside of the shades. All numbers are the daemon's, except for the far
-//! sides of gaps, which are computed here.
+//! In: a frame and its dots, the picked cycle.
+//! Out: pixels; the dot and the number of dots under a pointer.
+//! Invariants: both axes have one scale, so that the diagonal rises by 45 degrees. The dots drawn as cycles of the view
+//! are those that the annotations mark. All numbers are the daemon's, except for the far sides of gaps, which are
+//! computed here.
 //! Must not know: the plane, messages.
 
 import { clearedContext, ticks } from "../drawing/canvas.js";
-import { colorOf, palette, withAlpha } from "../drawing/colors.js";
+import { colorOf, palette, sampleColor, withAlpha } from "../drawing/colors.js";
 import { isPicked } from "../drawing/picking.js";
-import { formatNumber } from "./numbers.js";
+import { Crowds } from "./crowds.js";
+import { formatCount, formatNumber } from "./numbers.js";
 
-const LEFT = 40;
-const BOTTOM = 30;
+const LEFT = 44;
+const BOTTOM = 32;
 const TOP = 10;
-const RIGHT = 10;
+const RIGHT = 14;
 /** How near to a dot a pointer must be, in pixels. */
 const PICK_RADIUS = 14;
 /** Up to so many cycles of the view all have a large dot. */
 const MAX_LARGE = 200;
+/** The legend has room right of the diagonal if the sides have so many pixels. */
+const LEGEND_SIDE = 190;
 
 export class Diagram {
   /** @param {HTMLCanvasElement} canvas @param {import("../drawing/picking.js").TracksByLabel} tracksByLabel */
   constructor(canvas, tracksByLabel) {
     this.canvas = canvas;
     this.tracksByLabel = tracksByLabel;
+    this.crowds = new Crowds();
     /** The largest scale on the axes. */
     this.largest = 0;
     /** Birth and death of each dot in turn, the most persistent first. */
     this.dots = new Float64Array(0);
+    /** How many dots are drawn as cycles of the view. */
+    this.shown = 0;
+    /** The frame of the drawn dots. */
+    this.frame = null;
+    this.side = 0;
   }
 
-  /** Draws the diagram of a frame. */
-  draw(frame, { total, labels: dots }, pick) {
+  /** Draws the diagram of a frame. @param {import("../session/history.js").Annotations} annotations */
+  draw(frame, { dots }, pick) {
     const cleared = clearedContext(this.canvas);
     if (!cleared) return;
-    this.dots = dots;
+    this.dots = dots.labels;
+    this.frame = dots.frame;
     Object.assign(this, cleared);
-    this.scaleAxes(dots);
+    this.side = Math.max(0, Math.min(this.width - LEFT - RIGHT, this.height - TOP - BOTTOM));
+    this.left = LEFT + (this.width - LEFT - RIGHT - this.side) / 2;
+    this.bottom = TOP + this.side;
+    this.scaleAxes();
     const { context } = this;
     context.save();
     context.beginPath();
-    context.rect(LEFT, TOP, this.width - LEFT - RIGHT, this.height - TOP - BOTTOM);
+    context.rect(this.left, TOP, this.side, this.side);
     context.clip();
-    if (frame) this.shade(frame, dots, total);
-    this.drawDots(frame, pick);
+    if (frame) this.shade(frame, dots.total);
+    this.drawDots(frame, dots.isShown, pick);
     context.restore();
     this.drawAxes();
+    if (this.side >= LEGEND_SIDE) this.drawLegend();
   }
 
   /** Lets the axes follow the dots, with hysteresis. */
-  scaleAxes(dots) {
+  scaleAxes() {
     let largest = 0;
-    for (let at = 1; at < dots.length; at += 2) largest = Math.max(largest, 1.06 * dots[at]);
+    for (let at = 1; at < this.dots.length; at += 2) largest = Math.max(largest, 1.06 * this.dots[at]);
     if (largest > this.largest || largest < 0.7 * this.largest) this.largest = largest || 1;
   }
 
   x(birth) {
-    return LEFT + (birth / this.largest) * (this.width - LEFT - RIGHT);
+    return this.left + (birth / this.largest) * this.side;
   }
 
   y(death) {
-    return this.height - BOTTOM - (death / this.largest) * (this.height - TOP - BOTTOM);
+    return this.bottom - (death / this.largest) * this.side;
   }
 
-  shade(frame, dots, total) {
+  shade(frame, total) {
     const cut = frame.view.cut;
     if (cut.Derived) {
-      const { diagonal, vertical } = gapsOf(frame, dots, total);
+      const { diagonal, vertical } = gapsOf(frame, this.dots, total);
       if (diagonal) this.shadeDiagonal(diagonal);
       if (vertical) this.shadeVertical(vertical, frame.ds);
     } else if (cut.Reduced !== undefined) {
@@ -78,7 +94,7 @@ export class Diagram {
   /** Shades a strip along the diagonal: a range of persistences. */
   shadeDiagonal([low, high]) {
     const far = this.largest;
-    this.fill(withAlpha(palette.diagonal, 0.22), [
+    this.fill(withAlpha(palette.diagonal, 0.16), [
       [0, low],
       [far, far + low],
       [far, far + high],
@@ -94,7 +110,7 @@ export class Diagram {
   shadeVertical([low, high], ds) {
     const right = Math.min(high, this.largest);
     const top = Math.max(this.largest, right + ds);
-    this.fill(withAlpha(palette.vertical, 0.17), [
+    this.fill(withAlpha(palette.vertical, 0.14), [
       [low, low + ds],
       [right, right + ds],
       [right, top],
@@ -108,7 +124,7 @@ export class Diagram {
 
   /** Shades the cycles of a reduced view: born up to its scale, and dying above it. */
   shadeScale(alpha) {
-    this.fill(withAlpha(palette.vertical, 0.14), [
+    this.fill(withAlpha(palette.vertical, 0.12), [
       [0, alpha],
       [alpha, alpha],
       [alpha, this.largest],
@@ -139,57 +155,108 @@ export class Diagram {
     this.context.stroke();
   }
 
-  /** Draws dots, the most persistent last, so that they are on top. */
-  drawDots(frame, pick) {
-    const { context } = this;
+  /** Draws crowds of dots, then single dots, the most persistent last, so that they are on top. */
+  drawDots(frame, isShown, pick) {
+    const { context, dots } = this;
+    this.crowds.clear();
+    for (let i = 0; i < isShown.length; i++) {
+      const isCommon = !isShown[i] && !this.tracksByLabel.find(dots[2 * i], dots[2 * i + 1]);
+      this.crowds.add(this.x(dots[2 * i]), this.y(dots[2 * i + 1]), isCommon);
+    }
+    this.crowds.draw(context, palette.muted);
     const isLarge = frame !== null && frame.cycles <= MAX_LARGE;
-    for (let at = this.dots.length - 2; at >= 0; at -= 2) {
-      const [birth, death] = [this.dots[at], this.dots[at + 1]];
+    this.shown = 0;
+    for (let i = isShown.length - 1; i >= 0; i--) {
+      const [birth, death] = [dots[2 * i], dots[2 * i + 1]];
       const track = this.tracksByLabel.find(birth, death);
-      const shown = isShown(frame, birth, death);
       const picked = isPicked(pick, track?.id ?? null, birth, death);
-      context.fillStyle = track ? colorOf(track.id).css : shown ? palette.critical.css : withAlpha(palette.muted, 0.55);
-      const radius = picked ? 7 : track || (shown && isLarge) ? 4 : shown ? 2.4 : 1.6;
-      context.beginPath();
-      context.arc(this.x(birth), this.y(death), radius, 0, 7);
-      context.fill();
-      if (!picked) continue;
-      context.strokeStyle = palette.ink.css;
-      context.stroke();
+      this.shown += isShown[i];
+      if (!isShown[i] && !track && !picked && this.crowds.isCrowded(this.x(birth), this.y(death))) continue;
+      context.fillStyle = track ? colorOf(track.id).css : isShown[i] ? palette.critical.css : palette.muted.css;
+      const radius = picked ? 7 : track || (isShown[i] && isLarge) ? 4.2 : isShown[i] ? 2.4 : 1.6;
+      if (track && !isShown[i]) this.hollow(this.x(birth), this.y(death), radius, colorOf(track.id).css);
+      else this.disc(this.x(birth), this.y(death), radius);
+      if (picked) this.ring(this.x(birth), this.y(death), radius);
     }
   }
 
+  disc(x, y, radius, style = this.context.fillStyle) {
+    const { context } = this;
+    context.fillStyle = style;
+    context.beginPath();
+    context.arc(x, y, radius, 0, 7);
+    context.fill();
+  }
+
+  /** Draws a disc with a hole: a track that is not in the view. */
+  hollow(x, y, radius, style) {
+    this.disc(x, y, radius, style);
+    this.disc(x, y, radius - 1.6, palette.panel.css);
+  }
+
+  ring(x, y, radius) {
+    const { context } = this;
+    context.strokeStyle = palette.ink.css;
+    context.beginPath();
+    context.arc(x, y, radius, 0, 7);
+    context.stroke();
+  }
+
   drawAxes() {
-    const { context, width, height } = this;
+    const { context, side, left, bottom } = this;
     this.line(palette.muted.css, [
       [0, this.largest],
       [0, 0],
       [this.largest, 0],
     ]);
-    this.line(withAlpha(palette.muted, 0.6), [
+    this.line(withAlpha(palette.muted, 0.8), [
       [0, 0],
       [this.largest, this.largest],
     ]);
     context.fillStyle = palette.muted.css;
-    context.textAlign = "center";
-    for (const tick of ticks(this.largest, Math.max(2, width / 90))) {
-      if (this.x(tick) < width - 24) context.fillText(formatNumber(tick), this.x(tick), height - BOTTOM + 13);
+    for (const tick of ticks(this.largest, Math.max(2, side / 80))) {
+      context.textAlign = "center";
+      if (this.x(tick) < left + side - 8 || tick === 0) context.fillText(formatNumber(tick), this.x(tick), bottom + 14);
+      context.textAlign = "right";
+      if (tick > 0) context.fillText(formatNumber(tick), left - 6, this.y(tick) + 4);
     }
-    context.fillText("birth", (LEFT + width - RIGHT) / 2, height - 4);
-    context.textAlign = "right";
-    for (const tick of ticks(this.largest, Math.max(2, height / 60)).slice(1))
-      context.fillText(formatNumber(tick), LEFT - 5, this.y(tick) + 4);
-    context.save();
-    context.translate(10, (TOP + height - BOTTOM) / 2);
-    context.rotate(-Math.PI / 2);
     context.textAlign = "center";
+    context.fillText("birth", left + side / 2, bottom + 28);
+    context.save();
+    context.translate(left - LEFT + 10, bottom - side / 2);
+    context.rotate(-Math.PI / 2);
     context.fillText("death", 0, 0);
     context.restore();
   }
 
+  /** Draws what the marks mean, right of the diagonal, where no dot can be. */
+  drawLegend() {
+    const { context } = this;
+    const entries = [
+      ["cycle of the view", (x, y) => this.disc(x, y, 4.2, palette.critical.css)],
+      ["track", (x, y) => this.disc(x, y, 4.2, sampleColor().css)],
+      ["track, not in the view", (x, y) => this.hollow(x, y, 4.2, sampleColor().css)],
+      ["other cycle", (x, y) => this.disc(x, y, 1.6, palette.muted.css)],
+    ];
+    const { least, most } = this.crowds;
+    if (most > 0) {
+      const counts = least === most ? formatCount(most) : `${formatCount(least)} to ${formatCount(most)}`;
+      entries.push([`${counts} of them`, (x, y) => this.crowds.sample(context, palette.muted, x, y)]);
+    }
+    const widest = Math.max(...entries.map(([text]) => context.measureText(text).width));
+    const x = this.left + this.side - widest - 12;
+    context.textAlign = "left";
+    entries.forEach(([text, draw], i) => {
+      const y = this.bottom - 12 - 15 * (entries.length - 1 - i);
+      draw(x - 10, y);
+      context.fillStyle = palette.muted.css;
+      context.fillText(text, x, y + 4);
+    });
+  }
+
   /** The cycle of the dot nearest to a position of the canvas. */
   pickAt(left, top) {
-    if (!this.width) return null;
+    if (this.side === 0) return null;
     let [best, nearest] = [-1, PICK_RADIUS * PICK_RADIUS];
     for (let at = 0; at < this.dots.length; at += 2) {
       const distance = (this.x(this.dots[at]) - left) ** 2 + (this.y(this.dots[at + 1]) - top) ** 2;
@@ -197,14 +264,16 @@ export class Diagram {
     }
     return best < 0 ? null : this.tracksByLabel.pick(this.dots[best], this.dots[best + 1]);
   }
-}
 
-/** Whether a cycle is part of the view. */
-function isShown(frame, birth, death) {
-  if (!frame) return false;
-  const { Derived, Reduced } = frame.view.cut;
-  if (Derived) return frame.ds !== null && death - birth >= frame.ds && birth <= (frame.vs ?? Infinity);
-  return Reduced === undefined || (death > Reduced && birth <= Reduced);
+  /** What a position of the canvas shows, in words: the number of dots of a crowd, or else birth and death. */
+  describe(left, top) {
+    const isIn = left >= this.left && left <= this.left + this.side && top <= this.bottom && top >= TOP;
+    if (this.side === 0 || !isIn) return "";
+    const crowd = this.crowds.countAt(left, top);
+    if (crowd > 0) return `${formatCount(crowd)} dots here`;
+    const [birth, death] = [left - this.left, this.bottom - top].map((pixels) => (pixels * this.largest) / this.side);
+    return death < birth ? "" : `birth ${formatNumber(birth)}, death ${formatNumber(death)}`;
+  }
 }
 
 /**

@@ -9,6 +9,16 @@
 import { colorOf } from "../drawing/colors.js";
 import { formatCount, formatNumber } from "./numbers.js";
 
+/** Milliseconds after which points without a frame are a sign that nobody closes frames. */
+const COMMIT_PATIENCE = 2000;
+
+const NOT_FOLLOWED =
+  "This daemon follows no holes over time. To follow them, start it with a rule: `--track view` follows the cycles " +
+  "of the view, `--track top:20` the most persistent ones, `--track above:5` those above a persistence.";
+const NO_TRACK_YET =
+  "No track yet. A hole becomes a track when it has been there for some frames: 2, unless `--track-confirm` says " +
+  "otherwise.";
+
 const el = (id) => document.getElementById(id);
 
 function setText(id, text) {
@@ -55,33 +65,72 @@ export function showStatus(session, followed, drawn) {
   setText("frame", frame ? formatCount(frame.number) : "–");
   setText("points", frame ? formatCount(frame.points) : "–");
   setText("edges", formatCount(mirror.edges.count));
-  setText("cycles", frame ? formatCount(frame.cycles) : "–");
-  setText("tracks", session.noTracksReason ? "–" : formatCount(annotations.alive.length));
+  el("legend-simplified").hidden = annotations.simplified === null;
+  setText("words", frame ? wordsFor(frame, session.noTracksReason ? null : annotations.alive.length) : "–");
   setText("steps", paused ? `${formatCount(history.before)} frames back, ${formatCount(history.after)} on` : "");
-  setText("gaps", frame?.view.cut.Derived ? gapsText(frame) : "");
+  const gaps = frame?.view.cut.Derived ? frame : null;
+  setText("ds", gaps ? `ds ${formatNumber(gaps.ds)}` : "");
+  setText("vs", gaps ? `vs ${gaps.vs === null ? "∞" : formatNumber(gaps.vs)}` : "");
   const { total, labels } = annotations.dots;
   const known = labels.length / 2;
   setText("dots", total > known ? `${formatCount(known)} of ${formatCount(total)} dots` : `${formatCount(total)} dots`);
-  setText("lives-note", session.noTracksReason ? `No tracks: ${session.noTracksReason}` : "");
+  showLives(session);
   showMessage(session);
 }
 
-/** The sides of the selected gaps; `vs` is infinite if no vertical gap is selected. */
-const gapsText = ({ ds, vs }) => `ds ${formatNumber(ds)} · vs ${vs === null ? "∞" : formatNumber(vs)}`;
+const counted = (count, one, many) => `${formatCount(count)} ${count === 1 ? one : many}`;
+
+/** How many cycles and tracks there are, in words; `tracks` is null if none are followed. */
+export function wordsFor({ cycles }, tracks) {
+  const shown = `${counted(cycles, "cycle", "cycles")} in the view`;
+  return tracks === null ? `${shown}, no tracks` : `${shown}, ${counted(tracks, "track", "tracks")}`;
+}
+
+/** Says why there are no lives, and what to do. */
+function showLives({ noTracksReason, tracks, mirror }) {
+  const isBlank = mirror.frame !== null && tracks.lifetimes.byId.size === 0;
+  el("lives-blank").hidden = !isBlank;
+  el("lives-legend").hidden = isBlank || mirror.frame === null;
+  if (isBlank) setMarkedText("lives-blank", noTracksReason ? NOT_FOLLOWED : NO_TRACK_YET);
+}
+
+/** Sets a text in which what stands between two backquotes is code. */
+function setMarkedText(id, text) {
+  const element = el(id);
+  if (element.textContent === text.replaceAll("`", "")) return;
+  const parts = text.split("`").map((part, i) => {
+    const code = document.createElement("code");
+    code.textContent = part;
+    return i % 2 ? code : part;
+  });
+  element.replaceChildren(...parts);
+}
 
 /** Shows the most important message, if there is one. */
-function showMessage({ connection, choice, streams, mirror, notice }) {
+function showMessage({ connection, choice, streams, mirror, notice, chosenAt }) {
   let text = notice;
   if (connection.state === "gone") text = `${connection.loss} Trying again …`;
   else if (connection.state === "connecting") text = "Connecting to the daemon …";
   else if (choice.stream === null)
     text = "The daemon has no streams yet. One appears here as soon as a producer opens it.";
   else if (!mirror.frame && !notice) {
-    const isThere = streams.some((stream) => stream.name === choice.stream);
-    text = isThere ? "Waiting for the first frame …" : `There is no stream “${choice.stream}” yet.`;
+    const stream = streams.find(({ name }) => name === choice.stream);
+    text = stream ? waitingFor(stream, performance.now() - chosenAt) : `There is no stream “${choice.stream}” yet.`;
   }
-  setText("message", text);
+  setMarkedText("message", text);
   el("message").hidden = text === "";
+}
+
+/** What a stream without frames waits for, after so many milliseconds. */
+export function waitingFor({ frame, points: committed, vertices }, waited) {
+  // Points that a producer has not committed count as vertices only.
+  const points = Math.max(committed, vertices);
+  if (frame > 0 || points === 0 || waited < COMMIT_PATIENCE) return "Waiting for the first frame …";
+  return (
+    `${counted(points, "point waits", "points wait")} for a commit: a frame is computed when it is closed. Close it ` +
+    'by a blank line in text, by `{"commit":true}` in JSON lines, by `commit()` in a client, or let the daemon do it: ' +
+    "`--frame-points 1000` after so many points, `--frame-every 100ms` after so long."
+  );
 }
 
 /** Shows the data of the picked cycle. @param {import("../drawing/picking.js").Pick | null} pick */

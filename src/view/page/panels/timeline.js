@@ -16,6 +16,8 @@ const SIDE = 10;
 const FRAMES_PER_PIXEL = 0.5;
 /** Frames shown at the least. */
 const MIN_SPAN = 60;
+/** The least length of a bar: a life of one frame is seen too. */
+const LEAST = 4;
 
 export class Timeline {
   /** @param {HTMLCanvasElement} canvas */
@@ -40,7 +42,7 @@ export class Timeline {
     this.assignRows(visible);
     for (const lifetime of visible) this.drawLifetime(lifetime, pick);
     for (const lifetime of visible) this.drawLinks(lifetime, byId);
-    this.drawAxis(shownFrame);
+    if (lifetimes.length > 0) this.drawAxis(shownFrame);
   }
 
   /** Assigns a row to each lane that is not empty. */
@@ -62,13 +64,14 @@ export class Timeline {
     const { context } = this;
     const height = Math.max(1, Math.min(9, this.rowHeight * 0.62));
     const [y, end] = [this.y(lifetime.lane), lifetime.to ?? this.newest];
-    const [left, right] = [Math.max(SIDE, this.x(lifetime.from)), this.x(end)];
+    const right = this.x(end);
+    const left = Math.max(SIDE, Math.min(this.x(lifetime.from), right - LEAST));
     this.bars.push({ left, right: right + 1, y, id: lifetime.id });
     const { css } = colorOf(lifetime.id);
     context.fillStyle = css;
     this.forSegments(lifetime, end, (from, to, isSelected) => {
       context.globalAlpha = isSelected ? 1 : 0.3;
-      const [a, b] = [Math.max(SIDE, this.x(from)), this.x(to)];
+      const [a, b] = [from === lifetime.from ? left : Math.max(SIDE, this.x(from)), this.x(to)];
       if (b > a) context.fillRect(a, y - height / 2, b - a, height);
     });
     context.globalAlpha = 1;

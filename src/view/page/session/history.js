@@ -1,9 +1,9 @@
-//! The last frames, to step back to: the change between each two, and the annotations of each.
+//! The last pictures, to step back to: the changes between each two, and the annotations of each.
 //!
 //! In: changes with their inverses; annotations.
-//! Out: the mirror, moved to another frame.
-//! Invariants: bytes and frames are bounded; the oldest frames are dropped first. A snapshot, from which no change
-//! leads back, empties the history.
+//! Out: the mirrors, moved to another frame.
+//! Invariants: every step is a complete picture. Bytes and steps are bounded; the oldest are dropped first. A snapshot,
+//! from which no change leads back, empties the history.
 //! Must not know: sockets, graphics.
 
 import { bytesOf } from "./mirror.js";
@@ -13,16 +13,19 @@ const MAX_FRAMES = 900;
 /** Bytes that a living track takes, about. */
 const TRACK_BYTES = 240;
 
-/** @typedef {import("./mirror.js").Change} Change */
 /**
- * What is drawn besides the skeleton: the tracks of a frame and its dots.
- * @typedef {import("./tracks.js").TrackState & {dots: {total: number, labels: Float64Array}}} Annotations
+ * A change of a mirror, from a frame to another one.
+ * @typedef {{mirror: import("./mirror.js").Mirror, forward: import("./mirror.js").Change,
+ *   backward: import("./mirror.js").Change, from: any, to: any}} Move
  */
 /**
- * A frame of the history; `forward` leads to it from the frame before, `backward` leads from it to that frame.
- * @typedef {{frame: any, forward: Change | null, backward: Change | null,
- *   annotations: Annotations | null, bytes: number, annotationBytes: number}} Step
+ * What is drawn besides the skeleton: tracks (of the frame `tracksFrame`), dots (of the frame `dots.frame`; `isShown`
+ * has 1 for each that is in the view; `holes` has label, centre and radius of some that are), and the number of the
+ * simplified skeleton's frame, or null.
+ * @typedef {import("./tracks.js").TrackState & {tracksFrame: number | null, simplified: number | null, dots: {
+ *   frame: number | null, total: number, labels: Float64Array, isShown: Uint8Array, holes: Float64Array}}} Annotations
  */
+/** @typedef {{moves: Move[], annotations: Annotations, bytes: number}} Step */
 
 export class History {
   constructor() {
@@ -33,35 +36,35 @@ export class History {
     /** @type {Step[]} */
     this.steps = [];
     this.bytes = 0;
-    /** The index of the shown frame among the steps. */
+    /** The index of the shown picture among the steps. */
     this.at = -1;
+    this.newest = 0;
   }
 
-  /** How many frames before the shown one are held. */
+  /** How many pictures before the shown one are held. */
   get before() {
     return Math.max(this.at, 0);
   }
 
-  /** How many frames after the shown one are held. */
+  /** How many pictures after the shown one are held. */
   get after() {
     return this.steps.length - 1 - this.at;
   }
 
-  /** Begins with the frame of a snapshot. */
-  restart(frame) {
+  /** Begins with a picture. @param {Annotations} annotations */
+  restart(frame, annotations) {
     this.clear();
-    this.append({ frame, forward: null, backward: null, annotations: null, bytes: 0, annotationBytes: 0 });
+    this.push(frame, [], annotations);
   }
 
-  /** Appends the frame of a diff, which is the shown one from now on. */
-  push(frame, forward, backward) {
-    const bytes = bytesOf(forward) + bytesOf(backward);
-    this.append({ frame, forward, backward, annotations: null, bytes, annotationBytes: 0 });
-  }
-
-  append(step) {
-    this.steps.push(step);
-    this.bytes += step.bytes;
+  /** Appends a picture, which is the shown one from now on. @param {Move[]} moves @param {Annotations} annotations */
+  push(frame, moves, annotations) {
+    const before = this.steps[this.steps.length - 1]?.annotations;
+    const ofMoves = moves.reduce((sum, { forward, backward }) => sum + bytesOf(forward) + bytesOf(backward), 0);
+    const bytes = ofMoves + annotationBytes(annotations, before);
+    this.steps.push({ moves, annotations, bytes });
+    this.bytes += bytes;
+    this.newest = frame.number;
     let surplus = 0;
     while (surplus < this.steps.length - 1 && (this.bytes > MAX_BYTES || this.steps.length - surplus > MAX_FRAMES)) {
       this.bytes -= this.steps[surplus++].bytes;
@@ -70,38 +73,31 @@ export class History {
     this.at = this.steps.length - 1;
   }
 
-  /** Keeps the annotations of the newest frame. @param {Annotations} annotations */
-  annotate(annotations) {
-    const newest = this.steps[this.steps.length - 1];
-    if (!newest) return;
-    const bytes = annotationBytes(annotations, this.steps[this.steps.length - 2]?.annotations);
-    newest.bytes += bytes - newest.annotationBytes;
-    this.bytes += bytes - newest.annotationBytes;
-    [newest.annotations, newest.annotationBytes] = [annotations, bytes];
+  /** Replaces the annotations of the newest picture, which shows the same frame. @param {Annotations} annotations */
+  replace(annotations) {
+    if (this.steps.length > 0) this.steps[this.steps.length - 1].annotations = annotations;
   }
 
-  /** Moves the mirror by so many frames, or as far as there are any. Returns the annotations of the frame reached. */
-  moveBy(mirror, by) {
+  /** Moves the mirrors by so many pictures, or as far as there are any. Returns the annotations of the one reached. */
+  moveBy(by) {
     if (this.steps.length === 0) return null;
     const target = Math.max(0, Math.min(this.steps.length - 1, this.at + by));
     while (this.at > target) {
-      const { backward } = this.steps[this.at];
+      for (const { mirror, backward, from } of this.steps[this.at].moves.toReversed()) mirror.moveTo(backward, from);
       this.at -= 1;
-      mirror.moveTo(backward, this.steps[this.at].frame);
     }
     while (this.at < target) {
       this.at += 1;
-      const { forward, frame } = this.steps[this.at];
-      mirror.moveTo(forward, frame);
+      for (const { mirror, forward, to } of this.steps[this.at].moves) mirror.moveTo(forward, to);
     }
-    return this.steps[this.at]?.annotations ?? null;
+    return this.steps[this.at].annotations;
   }
 }
 
-/** The bytes of annotations that the frame before does not share: tracks, new cycles, new dots. */
+/** The bytes of annotations that the picture before does not share: tracks, new cycles, new dots. */
 function annotationBytes({ alive, cycles, dots }, before) {
-  let bytes = TRACK_BYTES * (alive.length + 1);
-  if (dots !== before?.dots) bytes += dots.labels.byteLength;
+  let bytes = TRACK_BYTES * (alive.length + 1) + dots.isShown.byteLength + dots.holes.byteLength;
+  if (dots.labels !== before?.dots.labels) bytes += dots.labels.byteLength;
   if (cycles === before?.cycles) return bytes;
   for (const [id, walks] of cycles) {
     if (walks !== before?.cycles.get(id)) for (const walk of walks) bytes += walk.byteLength;

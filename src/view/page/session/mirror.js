@@ -26,6 +26,12 @@ export class Mirror {
     this.frame = null;
   }
 
+  /** Drops everything. */
+  clear() {
+    for (const elements of [this.vertices, this.edges, this.critical]) elements.clear();
+    this.frame = null;
+  }
+
   /** Replaces everything. */
   applySnapshot(snapshot) {
     this.frame = null;

@@ -1,12 +1,17 @@
-//! The followed stream: one stream in one view, with its tracks, its dots and its last frames.
+//! The followed stream: one stream in one view, with its tracks, its dots and its last pictures.
 //!
 //! In: what the user chose; messages of the daemon.
-//! Out: mirror, annotations (tracks and dots), history; a call of `changed` whenever one of them changes.
-//! Invariants: while the page is paused or hidden, nothing is subscribed to, so nothing piles up. Afterwards the
-//! session resumes from the frame it holds, by diffs where the daemon still has them.
+//! Out: mirrors (of the view, and of its simplified form), annotations (tracks and dots), history; a call of `changed`
+//! whenever one of them changes.
+//! Invariants: mirrors and annotations are always of one frame. A simplified view is followed beside the view itself,
+//! whose points it lacks. While the page is paused or hidden, nothing is subscribed to, so nothing piles up; but a
+//! change of the view while paused is followed up to one picture. Afterwards the session resumes from the frame it
+//! holds, by diffs where the daemon still has them.
 //! Must not know: graphics, the page's elements.
 
+import { Assembly, isSameCut } from "./assembly.js";
 import { Connection } from "./connection.js";
+import { holesOf, labelsOf, marksOf, noDots } from "./dots.js";
 import { History } from "./history.js";
 import { Contradiction, Mirror } from "./mirror.js";
 import { Tracks, emptyTracks } from "./tracks.js";
@@ -19,22 +24,12 @@ const LIST_INTERVAL = 2000;
 const VIEW_INTERVAL = 120;
 /** A page that lags by more than this, in milliseconds, starts again from the newest frame. */
 const MAX_LAG = 2500;
+/** Milliseconds that a picture waits for its simplified form, which the daemon may merge into other frames. */
+const SIMPLIFIED_PATIENCE = 600;
 const WANT_TRACKS = 0x020d;
 
-/** Columns of a dot: its edge's ends, birth, death, centre and radius. */
-const DOT = 7;
-
-/** Birth and death of each dot. Nothing else of dots is drawn, and this is kept for every frame of the history. */
-function labelsOf(dots) {
-  const labels = new Float64Array((2 * dots.length) / DOT);
-  for (let i = 0; i < labels.length; i += 2) {
-    labels[i] = dots[(i / 2) * DOT + 2];
-    labels[i + 1] = dots[(i / 2) * DOT + 3];
-  }
-  return labels;
-}
-
 const isSame = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+const noAnnotations = () => ({ ...emptyTracks(), tracksFrame: null, simplified: null, dots: noDots() });
 
 export class Session {
   /** @param {string} url @param {{stream: string | null, view: any}} choice @param {(what: string) => void} changed */
@@ -42,8 +37,11 @@ export class Session {
     this.choice = choice;
     this.changed = changed;
     this.mirror = new Mirror();
+    /** The simplified form of the view; empty unless it is chosen. */
+    this.simplified = new Mirror();
     this.tracks = new Tracks();
     this.history = new History();
+    this.assembly = new Assembly();
     this.streams = [];
     this.paused = false;
     this.hidden = false;
@@ -56,7 +54,7 @@ export class Session {
       connected: () => this.onConnected(),
       stateChanged: () => this.onConnectionState(),
       message: (channel, name, body) => this.handleMessage(channel, name, body),
-      isSubscribed: (channel) => channel === this.channel || channel === this.listChannel,
+      isSubscribed: (channel) => [this.channel, this.simplifiedChannel, this.listChannel].includes(channel),
     });
   }
 
@@ -67,16 +65,31 @@ export class Session {
 
   /** Drops all that is known of a stream. */
   reset() {
-    this.channel = 0;
+    this.channel = this.simplifiedChannel = 0;
     this.opened = null;
-    /** The view of the mirror, once a snapshot in it has come. */
-    this.heldView = null;
     /** Why there are no tracks; empty if there are. */
     this.noTracksReason = "";
     this.notice = "";
-    this.dots = { total: 0, labels: new Float64Array(0) };
+    /** When the stream was chosen. */
+    this.chosenAt = performance.now();
+    this.clear();
+  }
+
+  /** Drops all pictures. */
+  clear() {
+    this.mirror.clear();
+    this.simplified.clear();
+    this.tracks.clear();
+    this.history.clear();
+    this.assembly.clear();
+    /** The rows of the newest dots. */
+    this.dotRows = new Float64Array(0);
+    this.dots = noDots();
+    this.takenAt = performance.now();
     /** Those of the shown frame. @type {import("./history.js").Annotations} */
-    this.annotations = { ...emptyTracks(), dots: this.dots };
+    this.annotations = noAnnotations();
+    /** Whether a picture is awaited although the page is paused. */
+    this.isLooking = this.paused;
   }
 
   /** Follows another stream. */
@@ -84,19 +97,17 @@ export class Session {
     if (name === this.choice.stream) return;
     this.unsubscribe();
     this.choice.stream = name;
-    this.reset();
-    for (const elements of [this.mirror.vertices, this.mirror.edges, this.mirror.critical]) elements.clear();
-    this.mirror.frame = null;
-    this.tracks.clear();
-    this.history.clear();
     this.paused = false;
+    this.reset();
     this.subscribe();
     this.changed("stream");
   }
 
-  /** Follows the stream in another view. */
+  /** Follows the stream in another view. A paused session shows the newest frame in it, and stays paused. */
   chooseView(view) {
     this.choice.view = view;
+    if (!this.wantsSimplified) this.dropSimplified();
+    this.isLooking = this.paused && !this.hasChosenView;
     if (this.viewTimer) return;
     this.sendView();
     this.viewTimer = setTimeout(() => {
@@ -106,15 +117,46 @@ export class Session {
   }
 
   sendView() {
-    if (!this.channel || isSame(this.sentView, this.choice.view)) return;
+    if (!this.channel) return this.updateSubscription();
+    const { cut } = this.choice.view;
+    if (isSame(this.sentView, this.choice.view)) return;
+    if (!isSameCut(this.sentView.cut, cut)) {
+      this.connection.send(this.channel, "ChangeView", { view: { cut, simplify: "No" }, dots: { Top: DOTS } });
+    }
     this.sentView = this.choice.view;
-    this.connection.send(this.channel, "ChangeView", { view: this.sentView, dots: { Top: DOTS } });
+    if (!this.wantsSimplified) return;
+    if (!this.simplifiedChannel) this.subscribeToSimplified();
+    else this.connection.send(this.simplifiedChannel, "ChangeView", { view: this.choice.view, dots: "No" });
+  }
+
+  /** Whether the shown picture is in the chosen view. */
+  get hasChosenView() {
+    const hasCut = this.mirror.frame !== null && isSameCut(this.mirror.frame.view.cut, this.choice.view.cut);
+    return hasCut && (!this.wantsSimplified || this.annotations.simplified !== null);
+  }
+
+  get wantsSimplified() {
+    return this.choice.view.simplify !== "No";
+  }
+
+  /** Follows the simplified view no longer, and shows it no longer. */
+  dropSimplified() {
+    this.unsubscribeFrom("simplifiedChannel");
+    this.assembly.clearSimplified();
+    if (!this.simplified.frame) return;
+    this.simplified.clear();
+    this.annotations = { ...this.annotations, simplified: null };
+    // The steps before lead through simplified views.
+    this.history.restart(this.mirror.frame, this.annotations);
+    this.changed("frame");
   }
 
   /** Pauses, or resumes from the newest frame. */
   setPaused(paused) {
     if (paused === this.paused) return;
     this.paused = paused;
+    // Without a picture the first one is awaited.
+    this.isLooking = paused && !this.mirror.frame;
     if (!paused) this.step(Infinity);
     this.updateSubscription();
     this.changed("status");
@@ -126,16 +168,19 @@ export class Session {
     this.updateSubscription();
   }
 
+  get isFollowing() {
+    return !this.hidden && (!this.paused || this.isLooking);
+  }
+
   /** Subscribes or unsubscribes, as pause and visibility ask for. */
   updateSubscription() {
-    if (this.paused || this.hidden) this.unsubscribe();
+    if (!this.isFollowing) this.unsubscribe();
     else if (!this.channel) this.subscribe();
   }
 
-  /** Shows the frame that is `by` frames after the shown one. */
+  /** Shows the picture that is `by` pictures after the shown one. */
   step(by) {
-    const annotations = this.history.moveBy(this.mirror, by);
-    this.annotations = annotations ?? { ...emptyTracks(), dots: this.dots };
+    this.annotations = this.history.moveBy(by) ?? this.annotations;
     this.changed("frame");
   }
 
@@ -145,7 +190,10 @@ export class Session {
   }
 
   onConnectionState() {
-    if (this.connection.state === "gone") this.channel = 0;
+    if (this.connection.state === "gone") {
+      this.channel = this.simplifiedChannel = 0;
+      this.assembly.clear();
+    }
     this.changed("status");
   }
 
@@ -161,6 +209,7 @@ export class Session {
       if (performance.now() - this.listedAt > LIST_INTERVAL) this.requestList();
       const isSettled = performance.now() - this.subscribedAt > 2 * MAX_LAG;
       if (this.channel && isSettled && this.connection.lag > MAX_LAG) this.resync();
+      this.guard(() => this.takePicture());
     }
     this.changed("status");
   }
@@ -169,55 +218,77 @@ export class Session {
   resync() {
     this.resyncs += 1;
     this.unsubscribe();
-    this.heldView = null;
-    this.subscribe();
+    this.subscribe(false);
   }
 
-  subscribe() {
+  /** Subscribes, from the held frame if diffs may lead on from it. */
+  subscribe(mayResume = true) {
     const { stream, view } = this.choice;
-    if (stream === null || this.paused || this.hidden || this.connection.state !== "connected") return;
+    if (stream === null || !this.isFollowing || this.connection.state !== "connected") return;
+    // A paused page may show an older frame than it holds.
+    if (this.history.after > 0) this.step(Infinity);
     this.channel = this.lastChannel += 1;
-    this.subscribedAt = performance.now();
+    this.subscribedAt = this.takenAt = performance.now();
     this.sentView = view;
     this.connection.send(this.channel, "Subscribe", {
       pattern: stream,
-      view,
+      view: { cut: view.cut, simplify: "No" },
       dots: { Top: DOTS },
-      resume: this.resumeFrom(),
+      resume: mayResume ? this.resumeFrom(this.mirror, { cut: view.cut, simplify: "No" }) : null,
     });
     this.noTracksReason = this.connection.version < 2 ? "this daemon is too old for tracks" : "";
     this.requestTracks();
+    if (this.wantsSimplified) this.subscribeToSimplified(mayResume);
   }
 
-  /** The held frame, if diffs may lead on from it; else null. */
-  resumeFrom() {
-    const { frame } = this.mirror;
-    if (!frame || !this.opened || !isSame(this.heldView, this.choice.view)) return null;
+  subscribeToSimplified(mayResume = true) {
+    const { stream, view } = this.choice;
+    this.simplifiedChannel = this.lastChannel += 1;
+    const resume = mayResume ? this.resumeFrom(this.simplified, view) : null;
+    this.connection.send(this.simplifiedChannel, "Subscribe", { pattern: stream, view, dots: "No", resume });
+  }
+
+  /** The frame that a mirror holds, if diffs may lead on from it; else null. @param {Mirror} mirror */
+  resumeFrom({ frame }, view) {
+    if (!frame || !this.opened || !isSame(frame.view, view)) return null;
     return { epoch: this.opened.epoch, frame: frame.number };
   }
 
   unsubscribe() {
-    if (!this.channel) return;
-    this.connection.send(this.channel, "Unsubscribe");
-    // Messages of the channel that are still on their way are skipped unread from here on.
-    this.channel = 0;
+    this.unsubscribeFrom("channel");
+    this.unsubscribeFrom("simplifiedChannel");
+    this.assembly.clear();
+  }
+
+  /** Ends a subscription. Its messages that are still on their way are skipped unread from here on. */
+  unsubscribeFrom(channel) {
+    if (this[channel]) this.connection.send(this[channel], "Unsubscribe");
+    this[channel] = 0;
   }
 
   requestTracks() {
     if (this.noTracksReason) return;
     this.tracks.restart();
+    this.assembly.clearTracks();
     this.connection.send(this.channel, "WantTracks", { tracks: "Cycles" });
   }
 
-  /** Handles a message of a stream. A contradiction leads to a resync and to nothing worse. */
   handleMessage(channel, name, body) {
+    if (name === "Streams" && channel === this.listChannel) this.onStreams(body.streams);
+    else if (channel === this.channel) this.guard(() => this[`on${name}`]?.(body));
+    else if (channel === this.simplifiedChannel) this.guard(() => this.onSimplified(name, body));
+  }
+
+  /** Handles what a stream sends. A contradiction leads to a resync and to nothing worse. */
+  guard(handle) {
     try {
-      if (name === "Streams" && channel === this.listChannel) this.onStreams(body.streams);
-      else if (channel === this.channel) this[`on${name}`]?.(body);
+      handle();
     } catch (error) {
       if (!(error instanceof Contradiction)) throw error;
       this.notice = `Started again: ${error.message}.`;
+      this.clear();
       this.resync();
+      this.changed("frame");
     }
   }
 
@@ -226,14 +297,17 @@ export class Session {
     if (this.choice.stream === null && streams.length > 0) {
       const [first] = [...streams].sort((a, b) => b.producers - a.producers || a.stream - b.stream);
       this.choice.stream = first.name;
+      this.chosenAt = performance.now();
       this.subscribe();
     }
     this.changed("streams");
   }
 
   onError({ answers, text }) {
-    if (answers === WANT_TRACKS) this.noTracksReason = text;
-    else this.notice = text;
+    if (answers === WANT_TRACKS) {
+      this.noTracksReason = text;
+      this.takePicture();
+    } else this.notice = text;
     this.changed("status");
   }
 
@@ -242,8 +316,7 @@ export class Session {
     this.opened = opened;
     this.notice = "";
     if (!isAnother) return;
-    this.tracks.clear();
-    this.heldView = null;
+    this.clear();
     this.changed("stream");
   }
 
@@ -253,38 +326,106 @@ export class Session {
   }
 
   onSnapshot(snapshot) {
-    this.mirror.applySnapshot(snapshot);
-    this.heldView = snapshot.frame.view;
-    this.history.restart(snapshot.frame);
     if (snapshot.cause === "Lagged") this.resyncs += 1;
-    this.onFrame();
+    this.onFrame("Snapshot", snapshot);
   }
 
   onDiff(diff) {
-    const inverse = this.mirror.applyDiff(diff);
-    this.history.push(diff.frame, diff, inverse);
-    this.onFrame();
+    this.onFrame("Diff", diff);
   }
 
-  onDots({ total, dots }) {
-    this.dots = { total, labels: labelsOf(dots) };
-    this.annotate();
+  onFrame(name, body) {
+    this.framesReceived += 1;
+    this.assembly.addFrame(name, body);
+    this.takePicture();
+  }
+
+  onDots({ frame, total, dots }) {
+    this.assembly.addDots(frame, { total, rows: dots });
+    this.takePicture();
+  }
+
+  /** With the number of the newest frame here it says that this frame has the dots of the one before. */
+  onHeartbeat({ frame }) {
+    const isNewest = frame === (this.assembly.newest ?? this.mirror.frame?.number);
+    if (!isNewest || frame === this.annotations.dots.frame) return;
+    this.assembly.addDots(frame, null);
+    this.takePicture();
   }
 
   onTracks(tracks) {
-    if (this.tracks.apply(tracks)) this.annotate();
-    else this.requestTracks();
+    this.assembly.addTracks(tracks);
+    this.takePicture();
   }
 
-  onFrame() {
-    this.framesReceived += 1;
-    this.annotate();
+  onSimplified(name, body) {
+    if (name === "Snapshot" || name === "Diff") this.assembly.addSimplified(name, body);
+    else if (name === "Error") this.notice = `There is no simplified view: ${body.text}`;
+    else return;
+    if (name === "Error") this.simplifiedChannel = 0;
+    this.takePicture();
   }
 
-  /** Annotates the newest frame. Its tracks and dots come after it; until then those of the frame before are shown. */
-  annotate() {
-    this.annotations = { ...this.tracks.current, dots: this.dots };
-    this.history.annotate(this.annotations);
+  /** Takes over the newest complete picture, if there is one. */
+  takePicture() {
+    const { mirror, simplified, annotations, assembly } = this;
+    const held = {
+      frame: mirror.frame,
+      dots: annotations.dots.frame,
+      tracks: annotations.tracksFrame,
+      simplified: simplified.frame,
+    };
+    const tracks = this.noTracksReason === "";
+    const isPatient = performance.now() - this.takenAt < SIMPLIFIED_PATIENCE;
+    let picture = assembly.take(held, { tracks, simplified: this.wantsSimplified && this.simplifiedChannel !== 0 });
+    // A simplified view that comes in other frames than the view itself is left out rather than mixed with them.
+    if (!picture && !isPatient) picture = assembly.take(held, { tracks, simplified: false });
+    if (picture) this.applyPicture(picture);
+    else if (assembly.isOverfull) throw new Contradiction("parts of frames are missing");
+  }
+
+  /** Applies all messages of a picture at once. @param {import("./assembly.js").Picture} picture */
+  applyPicture({ number, frames, simplified, dots, tracks }) {
+    if (!tracks.every((message) => this.tracks.apply(message))) return this.requestTracks();
+    const moves = [...applyTo(this.mirror, frames), ...applyTo(this.simplified, simplified)];
+    const isRestart = [...frames, ...simplified].some(({ name }) => name === "Snapshot");
+    if (dots) {
+      this.dotRows = dots.rows;
+      this.dots = { ...this.dots, total: dots.total, labels: labelsOf(dots.rows) };
+    }
+    const isShown = marksOf(this.dots.labels, this.mirror.critical);
+    const isSimplified = this.wantsSimplified && this.simplified.frame?.number === number;
+    this.annotations = {
+      ...this.tracks.current,
+      tracksFrame: this.noTracksReason ? null : number,
+      simplified: isSimplified ? number : null,
+      dots: { ...this.dots, frame: number, isShown, holes: holesOf(this.dotRows, isShown) },
+    };
+    if (isRestart) this.history.restart(this.mirror.frame, this.annotations);
+    else if (moves.length > 0) this.history.push(this.mirror.frame, moves, this.annotations);
+    else this.history.replace(this.annotations);
+    this.takenAt = performance.now();
+    this.endLook();
     this.changed("frame");
   }
+
+  /** Follows nothing more once a paused page has the picture that it waited for. */
+  endLook() {
+    if (!this.isLooking || !this.hasChosenView) return;
+    this.isLooking = false;
+    this.updateSubscription();
+  }
+}
+
+/** Applies frames to a mirror. Returns its moves since the last snapshot. @param {Mirror} mirror */
+function applyTo(mirror, frames) {
+  let moves = [];
+  for (const { name, body } of frames) {
+    const from = mirror.frame;
+    if (name === "Snapshot") {
+      mirror.applySnapshot(body);
+      moves = [];
+    } else moves.push({ mirror, forward: body, backward: mirror.applyDiff(body), from, to: mirror.frame });
+  }
+  return moves;
 }
