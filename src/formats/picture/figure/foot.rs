@@ -5,12 +5,13 @@
 //! Invariants: only what the panels may show is explained; samples have the styles of what they stand for.
 //! Must not know: how panels are drawn.
 
+use super::super::canvas::colors::{EDGE, POINT};
 use super::super::canvas::layout::Rect;
 use super::super::canvas::page::{Anchor, MUTED, Page, Type, text_width};
 use super::super::canvas::ramp::STOPS;
 use super::super::legend::draw_scale_bar;
 use super::Panel;
-use super::plane::{CRITICAL_STYLE, POINT_STYLE, SIMPLE_STYLE, TREE_STYLE, hole_style};
+use super::plane::{CRITICAL_STYLE, SIMPLE_STYLE, hole_style, line_style};
 
 /// Width of a sample, with the room before its name.
 const SAMPLE: f64 = 24.0;
@@ -42,12 +43,12 @@ fn samples(panels: &[Panel<'_>]) -> Vec<Sample> {
     let line: fn(f64, f64) -> String = |x, y| format!("M{x} {y}h14");
     let mut samples: Vec<Sample> = Vec::new();
     if has(|panel| matches!(panel, Panel::Cloud | Panel::Skeleton(_))) {
-        samples.push(("point", |x, y| format!("M{} {y}h0", x + 7.0), format!("{POINT_STYLE} stroke-width=\"3.6\"")));
+        samples.push(("point", |x, y| format!("M{} {y}h0", x + 7.0), line_style(POINT) + " stroke-width=\"3.6\""));
     }
     if has(|panel| matches!(panel, Panel::Skeleton(_))) {
         let critical = format!("{CRITICAL_STYLE} stroke=\"{dark}\" stroke-width=\"4\"");
         let disc = |x, y| format!("M{x} {y}a7 7 0 0 1 14 0a7 7 0 0 1-14 0");
-        samples.push(("tree edge", line, format!("{TREE_STYLE} stroke-width=\"1.1\"")));
+        samples.push(("tree edge", line, line_style(EDGE) + " stroke-width=\"1.1\""));
         samples.push(("critical edge", line, critical));
         samples.push(("hole", disc, hole_style(dark, true)));
     }
