@@ -16,6 +16,7 @@ use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 
 use anyhow::Context;
+use rustix::io::Errno;
 
 use super::Failure;
 use crate::formats::messages::MessageForm;
@@ -77,8 +78,8 @@ pub fn check_place(path: &Path) -> anyhow::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let place = std::fs::metadata(folder);
     let reason = match place {
-        Ok(place) if !place.is_dir() => Some(io::ErrorKind::NotADirectory.into()),
-        Ok(_) if path.is_dir() => Some(io::ErrorKind::IsADirectory.into()),
+        Ok(place) if !place.is_dir() => Some(Errno::NOTDIR.into()),
+        Ok(_) if path.is_dir() => Some(Errno::ISDIR.into()),
         Ok(_) => None,
         Err(error) => Some(error),
     };

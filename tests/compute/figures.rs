@@ -27,10 +27,10 @@ fn the_suffix_of_the_output_chooses_the_format() {
     assert_eq!(written("table.csv", "--format json"), json, "what is said comes first");
     // Before anything is read.
     hopes("compute none.csv -o /none/x.svg").runs().fails(1, &["cannot write /none/x.svg: No such file"]);
-    hopes("compute none.csv -o tests").runs().fails(1, &["cannot write tests: is a directory"]);
+    hopes("compute none.csv -o tests").runs().fails(1, &["cannot write tests: Is a directory"]);
     hopes("compute none.csv -o Cargo.toml/x.svg")
         .runs()
-        .fails(1, &["cannot write Cargo.toml/x.svg", "not a directory"]);
+        .fails(1, &["cannot write Cargo.toml/x.svg", "Not a directory"]);
     hopes("compute tests/cases/fig1.csv -o x.jpg").runs().fails(2, &["x.jpg", ".json, .svg, .png, .csv, .geojson"]);
 }
 

@@ -128,7 +128,7 @@ mod tests {
             for size in [[1.0, 1.0], [0.0, 0.0], [1e-9, 1e9], [9.0, 1.0]] {
                 let grid = Grid::new(&panels, size);
                 let [width, height] = grid.size();
-                assert!(width <= 4.0 * 520.0 && height <= 4.0 * 700.0, "{number}: {width} x {height}");
+                assert!(width <= 2000.0 && height <= 3000.0, "{number}: {width} x {height}");
                 for (index, cell) in grid.cells().iter().enumerate() {
                     assert!(cell.panel.right() <= width - MARGIN + 1e-9 && cell.panel.bottom() < height - FOOTER);
                     for other in &grid.cells()[..index] {
