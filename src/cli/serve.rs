@@ -40,8 +40,11 @@ pub struct Serve {
     /// Which points stay: all, points:N, frames:N or time:T.
     ///
     /// all: until they are retracted. points:N: the last N. frames:N: those of the last N frames; with N = 1 every
-    /// frame replaces the cloud. time:T: those not older than the newest event time by more than T. A point without a
-    /// time counts as of the newest time known; one that is too old is refused.
+    /// frame replaces the cloud. time:T: those not older than the newest event time by more than T; one that is too old
+    /// is refused. A point without a time is of the time of the commit that closes its frame, else of the newest time
+    /// known. A clock that jumps ahead by more than T, or back, is believed once another producer confirms it, or its
+    /// own producer over a commit and 16 points; until then its points are refused, and nobody else's. Then the window
+    /// starts anew.
     #[arg(long, value_name = "WINDOW", default_value = "all", value_parser = window)]
     window: hopes::topology::Window,
     /// Snap positions to a grid of this step.

@@ -20,8 +20,8 @@ use super::memory::{Account, Charged};
 use super::settings::{Limits, SOFTWARE};
 use super::streams::convert;
 use super::streams::directory::Directory;
-use super::streams::frame_times::FrameTimes;
 use super::streams::stream::Probe;
+use super::streams::stream_state::Measured;
 
 /// Starts an HTTP server, once the daemon listens; returns what stops it.
 pub type StartHttp = Box<dyn FnOnce(HttpAccess) -> Result<StopHttp, ListenError>>;
@@ -104,13 +104,9 @@ impl HttpAccess {
         unwell.map(|(stream, _)| format!("stream {:?}", stream.state.name)).collect()
     }
 
-    /// How long the frames of each stream take, by the stream's name.
-    pub fn frame_times(&self) -> Vec<(String, FrameTimes)> {
-        self.directory
-            .streams()
-            .iter()
-            .map(|stream| (stream.state.name.clone(), stream.state.stats.times.clone()))
-            .collect()
+    /// What is measured of each stream beyond its status.
+    pub fn measured(&self) -> Vec<Measured> {
+        self.directory.streams().iter().map(|stream| stream.state.measured()).collect()
     }
 
     /// The newest frame of a stream. Waits for its engine at most as long as `patience`.

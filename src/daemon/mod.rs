@@ -82,3 +82,4 @@ pub use streams::frame_times::FrameTimes;
 pub use streams::input::{BATCH, Batch, Input};
 pub use streams::output::OutputFrame;
 pub use streams::queue::Overload;
+pub use streams::stream_state::Measured;

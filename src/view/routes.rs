@@ -95,7 +95,7 @@ impl Routes {
 
     fn metrics(&self) -> Response {
         let peers = Peers { list: self.access.peers(), cut_off: self.access.cut_off_count() };
-        match metrics::write(self.access.status(), peers, self.access.frame_times()) {
+        match metrics::write(self.access.status(), peers, self.access.measured()) {
             Ok(text) => Response::new(metrics::MEDIA_TYPE, text),
             Err(error) => Refusal::new(500, format!("the metrics cannot be written: {error}")).into(),
         }
