@@ -112,7 +112,7 @@ impl Engine {
             stats.restarts.fetch_add(1, Ordering::Relaxed);
             let why = match confirmation {
                 Confirmation::Others => "most producers say so",
-                Confirmation::Alone => "its producer says so again and again, and no other contradicts",
+                Confirmation::Alone => "its producer confirms it alone, and no other contradicts",
                 Confirmation::Undone => "only one producer had said otherwise",
             };
             self.warn(&format_args!("the time window starts anew: {before} was believed, now {newest}: {why}"));
