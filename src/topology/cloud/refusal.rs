@@ -12,9 +12,6 @@ use crate::topology::base::Exact;
 /// Event times with which a source confirms a jump of its clock alone.
 pub const CONFIRMING: u64 = 16;
 
-/// Event times with which a source confirms a jump of its clock alone.
-pub const CONFIRMING: u64 = 16;
-
 /// Why a point was refused. The cloud is as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum Refusal {
