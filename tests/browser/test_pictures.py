@@ -11,6 +11,7 @@ import hopes_client as hopes
 from playwright.sync_api import Page
 
 from harness import ROOT, BrowserTest, Daemon, Producer
+from test_demo import Demo
 
 SAMPLES = 300
 
@@ -59,6 +60,19 @@ class Pictures(BrowserTest):
 
     def test_every_picture_under_load_is_complete(self) -> None:
         self.sample(self.open_under_load(), 1)
+
+    def test_every_picture_of_the_demo_is_complete(self) -> None:
+        page = self.open(Demo(self))
+        self.wait_for(page, "state.tracks > 0 && state.picture.walks > 0")
+        self.sample(page, 4)
+
+    def test_every_picture_of_a_large_cloud_is_complete(self) -> None:
+        daemon = Daemon(self, "--track", "top:20")
+        producer = Producer(self, daemon, scene="sweep", points=30_000, changed=600, rings=10, rate=30)
+        producer.wait_for(3)
+        page = self.open(daemon)
+        self.wait_for(page, "state.tracks > 0 && state.picture.walks > 0")
+        self.sample(page, 5)
 
     def test_every_picture_of_a_simplified_view_is_complete(self) -> None:
         page = self.open_under_load("&view=derived&k=2&l=1&simplify=yes")

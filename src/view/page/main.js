@@ -3,7 +3,7 @@
 //! In: the address, the user.
 //! Out: the page; `window.hopes.state()` for tests.
 //! Invariants: at most one drawing per screen frame, and none where nothing has changed. Drawing takes at most half of
-//! the time, so that the rest is left for following. A hidden page follows nothing.
+//! the time, and less while the page is behind, so that the rest is left for following. A hidden page follows nothing.
 //! Must not know: bytes, the graphics card.
 
 import { Camera } from "./drawing/camera.js";
@@ -20,6 +20,9 @@ import { Session } from "./session/session.js";
 /** How near to an edge a pointer must be, in pixels. A finger is less precise than a mouse. */
 const PICK_RADIUS = { mouse: 9, touch: 18 };
 
+/** A page that lags by so many milliseconds pauses for so many times as long as a drawing took. */
+const FAR_BEHIND = 300;
+const PAUSES_BEHIND = 4;
 /** Content that is so many times as wide as high gets the whole width, and keeps it down to the lesser ratio. */
 const WIDE = 2.8;
 const LEAST_WIDE = 2;
@@ -172,7 +175,8 @@ class Page {
     this.isRequested = false;
     this.draw();
     const end = performance.now();
-    this.nextDrawAt = 2 * end - start;
+    const pauses = this.session.connection.lag > FAR_BEHIND ? PAUSES_BEHIND : 1;
+    this.nextDrawAt = end + pauses * (end - start);
   }
 
   retry() {
