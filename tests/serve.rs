@@ -457,7 +457,7 @@ fn invalid_arguments_give_an_error_with_a_remedy() {
         ("--window last:5", &["all, points:N, frames:N or time:T"]),
         ("--window time:-1", &["must be above 0"]),
         ("--frame-points 0", &["--frame-points"]),
-        ("--frame-every 0s", &["--frame-every", "must take some time"]),
+        ("--frame-every 0s", &["--frame-every", "is no time at all"]),
         ("--frame-every 5", &["--frame-every", "write it as 100ms or 2s"]),
         ("--alpha 1 --k 2", &["--alpha", "cannot be used with", "--k"]),
         ("--full --alpha 1", &["cannot be used with"]),
