@@ -101,7 +101,6 @@ impl Feed {
             window_if_new: None,
             resolution: self.resolution,
             strict: self.strict,
-            place: if self.input == InputFormat::Bin { "byte" } else { "line" },
             rate: self.rate,
             whole_frames: false,
         };

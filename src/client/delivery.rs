@@ -58,8 +58,6 @@ pub struct Delivery<'a> {
     pub resolution: Option<f64>,
     /// Stop at the first error.
     pub strict: bool,
-    /// What the place of a point is: a line, or a byte.
-    pub place: &'static str,
     /// Close at most so many frames a second.
     pub rate: Option<f64>,
     /// A signal waits for the end of a frame that was begun. The reader must never block within a frame.
@@ -108,7 +106,7 @@ impl Delivery<'_> {
             receiving.goodbye("a signal came");
             return Ok(());
         };
-        let ledger = Arc::new(Ledger::new(self.strict, self.place));
+        let ledger = Arc::new(Ledger::new(self.strict));
         let inputs = read(largest_batch(&welcome, &opened)).map_err(DeliveryError::Reader)?;
         let answers = self.take_answers(receiving, &ledger)?;
         let whole_frames = self.whole_frames;

@@ -17,11 +17,14 @@
 //!
 //! Layers, each knowing only those before it: `excerpt` and `error` (how to say what is wrong), `format` and
 //! `columns` (what to expect), `lines` (bytes to lines), `separator` and `text` (a table's line to numbers),
-//! `json_values` and `jsonl` (a JSON line to numbers), `reader` (all of it together).
+//! `json_values` and `jsonl` (a JSON line to numbers), `decoding` and `foreign` (compressed files and those of other
+//! programs), `reader` (all of it together).
 
 mod columns;
+mod decoding;
 mod error;
 mod excerpt;
+mod foreign;
 mod format;
 mod json_values;
 mod jsonl;
@@ -37,7 +40,7 @@ mod tests;
 pub use columns::Columns;
 pub use error::ReadError;
 pub use excerpt::Excerpt;
-pub use format::{Format, sniffed};
+pub use format::{Format, opened};
 pub use lines::{Line, Lines};
 pub use reader::{Limits, Reader};
 pub use record::Record;

@@ -236,7 +236,7 @@ impl Engine {
                 self.rejected += 1;
                 if let Some(line) = batch.lines.get(index) {
                     let (x, y) = batch.positions[index];
-                    self.input_errors.add(&format_args!("line {line}, point ({x}, {y}): {reason}"))?;
+                    self.input_errors.add(&format_args!("{} {line}, point ({x}, {y}): {reason}", batch.place))?;
                 }
                 reply.refuse(index, &reason);
             }

@@ -1,0 +1,30 @@
+//! What a machine finds in the bytes of a foreign file.
+//!
+//! In: points, entries and faults, in the order of the file.
+//! Out: a queue of them.
+//! Must not know: formats.
+
+use std::collections::VecDeque;
+
+use crate::formats::input::record::Parsed;
+
+/// One thing in a file.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Found {
+    /// A point, and when it was seen.
+    Point([f64; 2], Option<f64>),
+    /// An element of JSON, with its points.
+    Entry(Parsed, Vec<[f64; 2]>),
+    /// A point or an element that cannot be used. It has a number like those that can.
+    Bad(String),
+    /// Something else that is wrong.
+    Missed(String),
+}
+
+/// In the order of the file.
+pub(super) type Queue = VecDeque<Found>;
+
+/// Bytes or points, in words.
+pub(super) fn counted(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
