@@ -141,12 +141,12 @@ impl<R: Read> Utf16<R> {
 impl<R: Read> Read for Utf16<R> {
     fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
         while self.given == self.text.len() && !room.is_empty() {
-            if !std::mem::take(&mut self.pending).is_empty() && self.has_ended {
-                let place = self.bytes;
-                return Err(Damage::at(format_args!("the UTF-16 text ends within a character, at byte {place}")));
-            }
             if self.has_ended {
-                return Ok(0);
+                let place = self.bytes;
+                return match std::mem::take(&mut self.pending).is_empty() {
+                    true => Ok(0),
+                    false => Err(Damage::at(format_args!("the UTF-16 text ends within a character, at byte {place}"))),
+                };
             }
             self.fill()?;
         }

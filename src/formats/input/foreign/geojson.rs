@@ -102,7 +102,7 @@ impl GeoJson {
                     break;
                 }
                 Some(Ok(event)) => self.walk.take(&event, found),
-                Some(Err(error)) => Err(error.to_string()),
+                Some(Err(error)) => Err(error.message().to_owned()),
             };
             at += consumed_bytes;
             if let Err(reason) = outcome {
@@ -119,6 +119,7 @@ impl GeoJson {
     fn lose(&mut self, reason: &str, found: &mut Queue) {
         self.is_lost = true;
         self.pending = Vec::new();
+        let reason: String = reason.chars().map(|c| if c.is_control() { '?' } else { c }).take(200).collect();
         found.push_back(Found::Missed(format!("byte {}: {reason}: nothing after it was read", self.parsed)));
     }
 }

@@ -39,7 +39,13 @@ const TYPES: [&[u8]; 9] = [
 /// What the text is. `is_all`: no more will come.
 pub(super) fn start(text: &[u8], is_all: bool) -> JsonStart {
     let decided = if text.first() == Some(&b'[') { array(text) } else { object(text) };
-    if decided == JsonStart::Open && is_all { JsonStart::Lines } else { decided }
+    if decided != JsonStart::Open || !is_all {
+        return decided;
+    }
+    // It breaks off.
+    let is_array = text.first() == Some(&b'[');
+    let is_line = |byte: &u8| !matches!(byte, b'\n' | b'\r') && !(is_array && *byte == b'{');
+    if text.trim_ascii_end().iter().all(is_line) { JsonStart::Lines } else { JsonStart::Elements }
 }
 
 /// An array with arrays, objects or line ends in it is no line.

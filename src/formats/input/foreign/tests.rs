@@ -5,7 +5,6 @@ use std::io::{self, Read};
 use proptest::prelude::*;
 
 use super::*;
-use crate::formats::input::error::ReadError;
 use crate::formats::input::{Format, Limits, Reader, Record, opened};
 
 mod files;

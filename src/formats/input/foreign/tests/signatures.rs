@@ -171,7 +171,7 @@ fn a_live_stream_is_not_waited_for_longer_than_its_first_line() {
             drop(opened(None, None, Live(first.chunks(size).collect())));
         }
     }
-    for first in [&b"1"[..], b"[[", b"OFF\n"] {
+    for first in [&b"1,"[..], b"[[", b"OFF\n"] {
         drop(opened(None, Some(Format::Text), Live([first].into())));
     }
 }
