@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 use std::thread;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use hopes::topology::{Frame, Options, Pipeline, Simplified, View, simplify};
 use indicatif::ProgressBar;
@@ -41,8 +41,8 @@ pub struct Compute {
     /// How the points are written.
     #[arg(long, value_enum, default_value_t)]
     input: Input,
-    /// Columns of a table, by number from 1 or by name in the header [default: what the header calls x and y, or lon and
-    /// lat; else 1,2].
+    /// Columns of a table, by number from 1 or by name in the header [default: what the header calls x and y, or lon
+    /// and lat; else 1,2].
     #[arg(long, value_name = "X,Y")]
     columns: Option<Columns>,
     /// Snap positions to a grid of this step.
@@ -124,8 +124,15 @@ impl Compute {
         let output = self.output.as_deref().filter(|&path| !files::is_pipe(path));
         let stdout = if output.is_none() { Some(files::stdout()?) } else { None };
         let progress = self.progress();
-        let mut input_errors = InputErrors::new(self.strict);
+        let mut input_errors = InputErrors::new(self.strict).of(files::name(&self.file));
         let (frame, points) = self.compute(&progress, &mut input_errors)?;
+        let rejected = input_errors.count();
+        input_errors.sum_up();
+        if points == 0 && rejected > 0 {
+            let name = files::name(&self.file).unwrap_or_else(|| "stdin".to_owned());
+            let what = "nothing in it could be used";
+            return Err(anyhow!("{name}: {what}, of {rejected} lines or points: see hopes help compute").into());
+        }
         let view = frame.view(self.view.spec());
         let simplified = threshold.map(|threshold| simplified(&frame, &view, threshold));
         let answer = Answer {
@@ -134,10 +141,9 @@ impl Compute {
             view: &view,
             simplified: simplified.as_ref().map(|(threshold, simplified)| (*threshold, simplified)),
             duplicates: points - frame.skeleton.vertices().len() as u64,
-            rejected: input_errors.count(),
+            rejected,
         };
         progress.set_message("writing");
-        input_errors.sum_up();
         self.write(&answer, stdout, output)?;
         progress.finish_and_clear();
         // The process ends here: giving back every page of a large skeleton first would only take time.

@@ -18,7 +18,7 @@ use indicatif::ProgressBar;
 
 use super::args::{name, number, rate, window};
 use super::{Failure, files, progress};
-use crate::client::delivery::Delivery;
+use crate::client::delivery::{Delivery, Terms};
 use crate::client::pace::Pace;
 use crate::daemon::{Address, Input, InputErrors, Stop};
 use crate::formats::images::files::{STDIN, listed};
@@ -217,9 +217,10 @@ impl Edges {
             resolution: None,
             strict: self.strict,
             rate: self.rate,
+            origin: None,
             whole_frames: true,
         };
-        let read = |batch| {
+        let read = |Terms { batch, .. }| {
             let (sender, received) = sync_channel(WAITING);
             let failed = |error| Input::Failed(format!("{:#}", anyhow::Error::from(error)));
             start(finder, inputs, progress, sender, move |found, sender| forward(found, batch, sender), failed)?;

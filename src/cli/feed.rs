@@ -16,7 +16,7 @@ use indicatif::ProgressBar;
 
 use super::args::{To, name, rate, resolution, window};
 use super::{Failure, files, progress};
-use crate::client::delivery::Delivery;
+use crate::client::delivery::{Delivery, Terms};
 use crate::daemon::Input;
 use crate::formats::input::{Columns, Format};
 use crate::formats::points::{Form, Origin, PointSource};
@@ -42,8 +42,8 @@ pub struct Feed {
     /// Name of the stream; it is created if it is not there.
     #[arg(long, value_name = "NAME", default_value = "default", value_parser = name)]
     stream: String,
-    /// Which points stay: all, points:N (the last N), frames:N (the last N frames), time:T (the last T of event time)
-    /// [default: as the stream has it, else all].
+    /// Which points stay: all, points:N (the last N), frames:N (the last N frames), time:T (the last T of event time;
+    /// where it is in seconds also as 30s, 500ms, 2h) [default: as the stream has it, else all].
     #[arg(long, value_name = "WINDOW", value_parser = window)]
     window: Option<hopes::topology::Window>,
     /// Snap positions to a grid of this step [default: as the stream has it, else none].
@@ -53,7 +53,7 @@ pub struct Feed {
     #[arg(long, value_enum, default_value_t)]
     input: InputFormat,
     /// Columns of a table, by number from 1 or by name in the header; a third one is the event time [default: what the
-    /// header calls x and y, or lon and lat, and with --window time:T also t or time; else 1,2].
+    /// header calls x and y, or lon and lat, and if the stream's window is time:T also t or time; else 1,2].
     #[arg(long, value_name = "X,Y[,T]")]
     columns: Option<Columns>,
     /// Close at most so many frames a second.
@@ -101,17 +101,18 @@ impl Feed {
             window_if_new: None,
             resolution: self.resolution,
             strict: self.strict,
+            origin: files::name(&self.file),
             rate: self.rate,
             whole_frames: false,
         };
         let progress = self.progress();
-        Ok(delivery.run(&|step| progress::show(&progress, step), |batch| self.read(batch, &progress))?)
+        Ok(delivery.run(&|step| progress::show(&progress, step), |terms| self.read(terms, &progress))?)
     }
 
     /// Starts the reading thread. It is not waited for: it may be blocked in a read that never returns, and owns
     /// nothing that has to be finished.
-    fn read(&self, batch: usize, progress: &ProgressBar) -> io::Result<Receiver<Input>> {
-        let source = self.source(batch);
+    fn read(&self, terms: Terms, progress: &ProgressBar) -> io::Result<Receiver<Input>> {
+        let source = self.source(terms);
         let (sender, inputs) = sync_channel(WAITING);
         let progress = progress.clone();
         let read = move || {
@@ -125,18 +126,14 @@ impl Feed {
         Ok(inputs)
     }
 
-    fn columns(&self) -> Columns {
-        let wants_time = matches!(self.window, Some(hopes::topology::Window::Time(_)));
-        self.columns.clone().unwrap_or_default().with_times(wants_time)
-    }
-
-    fn source(&self, batch: usize) -> PointSource {
+    fn source(&self, Terms { batch, wants_times }: Terms) -> PointSource {
+        let columns = self.columns.clone().unwrap_or_default().with_times(wants_times);
         PointSource {
             origin: if files::is_pipe(&self.file) { Origin::Stdin } else { Origin::File(self.file.clone()) },
             form: match self.input {
-                InputFormat::Auto => Form::Lines(None, self.columns()),
-                InputFormat::Text => Form::Lines(Some(Format::Text), self.columns()),
-                InputFormat::Jsonl => Form::Lines(Some(Format::JsonLines), self.columns()),
+                InputFormat::Auto => Form::Lines(None, columns),
+                InputFormat::Text => Form::Lines(Some(Format::Text), columns),
+                InputFormat::Jsonl => Form::Lines(Some(Format::JsonLines), columns),
                 InputFormat::Bin => Form::Binary,
             },
             frame_points: self.frame_points,

@@ -29,6 +29,11 @@ pub fn is_pipe(path: &Path) -> bool {
     path == Path::new("-")
 }
 
+/// The name of a file; none of a pipe.
+pub fn name(path: &Path) -> Option<String> {
+    (!is_pipe(path)).then(|| path.display().to_string())
+}
+
 /// The bytes of a file, or of stdin.
 pub fn open(path: &Path) -> anyhow::Result<Box<dyn Read + Send>> {
     if is_pipe(path) {

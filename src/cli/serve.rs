@@ -41,8 +41,9 @@ pub struct Serve {
     /// Which points stay: all, points:N, frames:N or time:T.
     ///
     /// all: until they are retracted. points:N: the last N. frames:N: those of the last N frames; with N = 1 every
-    /// frame replaces the cloud. time:T: those not older than the newest event time by more than T. A point without a
-    /// time counts as of the newest time known; one that is too old is refused.
+    /// frame replaces the cloud. time:T: those not older than the newest event time by more than T, a number or, where
+    /// event times are seconds, such as 30s, 500ms or 2h. A point without a time counts as of the newest time known;
+    /// one that is too old is refused.
     #[arg(long, value_name = "WINDOW", default_value = "all", value_parser = window)]
     window: hopes::topology::Window,
     /// Snap positions to a grid of this step.

@@ -90,7 +90,8 @@ impl Tracks {
         let picture = self.svg.as_ref().map(|path| files::create(path).map(|file| (path, file))).transpose()?;
         let stdout = files::stdout()?;
         let mut stop = Stop::listen().context("cannot listen to signals")?;
-        let mut reading = Reading { lives: Lives::default(), input_errors: InputErrors::new(self.strict), frames: 0 };
+        let input_errors = InputErrors::new(self.strict).of(files::name(&self.file));
+        let mut reading = Reading { lives: Lives::default(), input_errors, frames: 0 };
         reading.read(&start(source)?, &mut stop).map_err(|failure| failure.of(&name))?;
         let Reading { lives, input_errors, frames } = reading;
         input_errors.sum_up();

@@ -24,7 +24,7 @@ use super::connection::{Client, Received, Receiving, SOFTWARE, Sending, Timeouts
 use super::error::ClientError;
 use super::pace::Pace;
 use super::running::Running;
-use crate::daemon::{self, Address, BATCH, Input, Stop};
+use crate::daemon::{self, Address, BATCH, Input, InputErrors, Stop};
 
 pub use self::error::DeliveryError;
 
@@ -58,10 +58,21 @@ pub struct Delivery<'a> {
     pub resolution: Option<f64>,
     /// Stop at the first error.
     pub strict: bool,
+    /// The file that points are from.
+    pub origin: Option<String>,
     /// Close at most so many frames a second.
     pub rate: Option<f64>,
     /// A signal waits for the end of a frame that was begun. The reader must never block within a frame.
     pub whole_frames: bool,
+}
+
+/// What the stream expects.
+#[derive(Clone, Copy, Debug)]
+pub struct Terms {
+    /// Points of a message: as many as the daemon takes, and not so many that gathering them delays the first ones.
+    pub batch: usize,
+    /// Its window is of event time.
+    pub wants_times: bool,
 }
 
 /// How far a delivery is.
@@ -74,15 +85,15 @@ pub enum Progress {
 }
 
 impl Delivery<'_> {
-    /// Delivers all that is read, until a signal comes. `read` gets the number of points of a message, and starts a
-    /// thread that reads. That thread is not waited for: it may be blocked in a read that never returns.
+    /// Delivers all that is read, until a signal comes. `read` gets the terms of the stream, and starts a thread that
+    /// reads. That thread is not waited for: it may be blocked in a read that never returns.
     ///
     /// # Errors
     /// [`DeliveryError`].
     pub fn run(
         &self,
         progress: &dyn Fn(Progress),
-        read: impl FnOnce(usize) -> io::Result<Receiver<Input>>,
+        read: impl FnOnce(Terms) -> io::Result<Receiver<Input>>,
     ) -> Result<(), DeliveryError> {
         let client = Client::connect(self.to, SOFTWARE, Timeouts::default())?;
         let stop = Stop::listen().map_err(DeliveryError::Signals)?;
@@ -98,7 +109,7 @@ impl Delivery<'_> {
         client: Client,
         mut stop: Stop,
         progress: &dyn Fn(Progress),
-        read: impl FnOnce(usize) -> io::Result<Receiver<Input>>,
+        read: impl FnOnce(Terms) -> io::Result<Receiver<Input>>,
     ) -> Result<(), DeliveryError> {
         let Client { welcome, sending, mut receiving } = client;
         let Some(opened) = self.open(&sending, &mut receiving, &mut stop)? else {
@@ -106,8 +117,10 @@ impl Delivery<'_> {
             receiving.goodbye("a signal came");
             return Ok(());
         };
-        let ledger = Arc::new(Ledger::new(self.strict));
-        let inputs = read(largest_batch(&welcome, &opened)).map_err(DeliveryError::Reader)?;
+        let input_errors = InputErrors::new(self.strict).of(self.origin.clone());
+        let ledger = Arc::new(Ledger::new(input_errors));
+        let terms = Terms::of(&welcome, &opened);
+        let inputs = read(terms).map_err(DeliveryError::Reader)?;
         let answers = self.take_answers(receiving, &ledger)?;
         let whole_frames = self.whole_frames;
         let mut sender = Sender {
@@ -231,11 +244,13 @@ enum Answer {
     Signal,
 }
 
-/// Points of a message: as many as the daemon takes, and not so many that gathering them delays the first ones.
-fn largest_batch(welcome: &Welcome, opened: &Opened) -> usize {
-    // Two coordinates and a time each; the rest of a message is less than a hundred bytes.
-    let fitting = welcome.largest_frame.saturating_sub(100) / 24;
-    BATCH.min(welcome.largest_batch.min(opened.largest_batch).min(fitting) as usize).max(1)
+impl Terms {
+    fn of(welcome: &Welcome, opened: &Opened) -> Self {
+        // Two coordinates and a time each; the rest of a message is less than a hundred bytes.
+        let fitting = welcome.largest_frame.saturating_sub(100) / 24;
+        let batch = BATCH.min(welcome.largest_batch.min(opened.largest_batch).min(fitting) as usize).max(1);
+        Self { batch, wants_times: matches!(opened.window, wire::Window::Time(_)) }
+    }
 }
 
 /// The sending side.

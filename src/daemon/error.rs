@@ -33,6 +33,12 @@ pub enum DaemonError {
     /// The source failed.
     #[error("cannot read the input: {0}")]
     Source(String),
+    /// Nothing of the input could be used.
+    #[error("nothing of the input could be used, of {rejected} lines or points: see hopes help serve")]
+    NothingUsable {
+        /// How much was refused.
+        rejected: u64,
+    },
     /// The sink failed; a closed pipe is one of these.
     #[error("cannot write frames")]
     Sink(#[source] std::io::Error),
@@ -59,6 +65,7 @@ impl From<EngineError> for DaemonError {
             EngineError::Refused(stop) => Self::Refused(stop),
             EngineError::Contradiction(contradiction) => Self::Contradiction(contradiction),
             EngineError::Source(reason) => Self::Source(reason),
+            EngineError::NothingUsable { rejected } => Self::NothingUsable { rejected },
             EngineError::OutputNotRead { frame } => {
                 Self::SinkStuck(format!("frame {frame} and later ones are not written"))
             }

@@ -1,11 +1,12 @@
 //! Input errors: counted, logged, and under `strict` the end.
 //!
-//! In: what could not be used, as it comes up. Out: warnings in the log, a count.
+//! In: the name of the input, if it has one; what could not be used, as it comes up.
+//! Out: warnings in the log, a count.
 //!
 //! Invariants: every error is counted. The first hundred are logged one by one, then only their number, so that a flood
 //! of garbage does not become a flood of logs.
 //!
-//! Must not know: where input comes from.
+//! Must not know: how input is read.
 
 use std::fmt::Display;
 
@@ -23,13 +24,20 @@ pub struct StrictStop(String);
 #[derive(Debug, Default)]
 pub struct InputErrors {
     strict: bool,
+    /// The file that the input is from.
+    origin: Option<String>,
     count: u64,
 }
 
 impl InputErrors {
     /// None so far. If `strict`, the first one is returned as an error.
     pub fn new(strict: bool) -> Self {
-        Self { strict, count: 0 }
+        Self { strict, origin: None, count: 0 }
+    }
+
+    /// The same, of the input of that name, which every error is told with. Stdin has none.
+    pub fn of(self, origin: Option<String>) -> Self {
+        Self { origin, ..self }
     }
 
     /// Counts an error, and logs it if it is among the first.
@@ -38,12 +46,17 @@ impl InputErrors {
     /// [`StrictStop`], if strict.
     pub fn add(&mut self, what: &dyn Display) -> Result<(), StrictStop> {
         self.count += 1;
+        if self.count > LOGGED && !self.strict {
+            return Ok(());
+        }
+        let what = match &self.origin {
+            Some(origin) => format!("{origin}: {what}"),
+            None => what.to_string(),
+        };
         if self.strict {
-            return Err(StrictStop(what.to_string()));
+            return Err(StrictStop(what));
         }
-        if self.count <= LOGGED {
-            tracing::warn!("{what}");
-        }
+        tracing::warn!("{what}");
         if self.count == LOGGED {
             tracing::warn!("{LOGGED} input errors so far: from here on they are only counted");
         }

@@ -152,7 +152,7 @@ impl PointSource {
         let mut reader = Reader::new(source, format, columns, Limits::default());
         batcher.place = reader.unit();
         loop {
-            let line = reader.line() + 1;
+            let line = reader.next_line();
             let sent = match reader.next_record().map_err(PointsError::Read)? {
                 None => return Ok(Ok(())),
                 Some(Record::Points { points, time }) => {
@@ -186,8 +186,9 @@ impl PointSource {
             let (offset, message) = match frames.next()? {
                 Next::End => return Ok(Ok(())),
                 Next::CutOff { offset } => {
-                    tracing::warn!("the input is cut off at byte {offset}: all before it was sent");
-                    return Ok(Ok(()));
+                    return Ok(
+                        batcher.report_error(format!("the input is cut off at byte {offset}: all before it was sent"))
+                    );
                 }
                 Next::Message { offset, message, .. } => (offset, message),
             };

@@ -91,7 +91,7 @@ impl RunSource {
         let mut reader = Reader::new(bytes, format, self.columns.clone(), Limits::default());
         let mut gatherer = Gatherer { sink, run: Run::default(), points: 0, unit: reader.unit() };
         loop {
-            let line = reader.line() + 1;
+            let line = reader.next_line();
             let record = reader.next_record();
             let sent = match record.map_err(|reason| RunsError::Read { path: self.file.clone(), reason })? {
                 None => return gatherer.flush().or(Ok(())),
@@ -102,7 +102,7 @@ impl RunSource {
                 Some(Record::Missed(reason)) => gatherer.report_error(&reason),
             };
             if let Some(choice) = reader.take_choice() {
-                tracing::info!("{}: {choice}", self.file.display());
+                tracing::info!("{}: {choice}", self.name());
             }
             let announced = if line == SAMPLE { gatherer.announce(reader.bytes_read(), length) } else { Ok(()) };
             // Nothing waits here while the source has no further bytes.
@@ -114,6 +114,10 @@ impl RunSource {
                 progress(reader.bytes_read());
             }
         }
+    }
+
+    fn name(&self) -> String {
+        if self.file == Path::new("-") { "stdin".to_owned() } else { self.file.display().to_string() }
     }
 
     fn take(&self, gatherer: &mut Gatherer, points: &[[f64; 2]], line: u64, retracts: bool) -> Result<(), Closed> {

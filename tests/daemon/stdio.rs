@@ -109,6 +109,8 @@ fn a_cut_off_input_is_reported_and_whole_messages_are_processed() {
     let finished = hopes("serve --input bin").reads(&bytes[..bytes.len() - 1]);
     assert!(finished.err.contains("the input is cut off at byte"), "{}", finished.err);
     assert_eq!(finished.text().lines().count(), 6, "the last one has no commit");
+    let strict = hopes("serve --input bin --strict").reads(&bytes[..bytes.len() - 1]);
+    assert_eq!(strict.code, Some(3), "{}", strict.err);
 }
 
 #[test]

@@ -199,8 +199,9 @@ fn refusals_are_reported_with_their_line() {
     peer.send(channel, Closed { frame: 12 });
     peer.expect_goodbye();
     let finished = client.finish();
-    assert_eq!(finished.code, Some(0));
+    assert_eq!(finished.code, Some(1), "no point was accepted");
     for words in [
+        "nothing of the input could be used",
         "line 4, point (3, 4): is too far away",
         "a point: is nowhere",
         "1 more points between line 3 and line 5",

@@ -34,8 +34,18 @@ pub fn window(word: &str) -> Result<Window, String> {
         ("all", "") => Ok(Window::All),
         ("points", _) => count().map(Window::Points),
         ("frames", _) => count().map(Window::Frames),
-        ("time", _) => positive(length, "length of time").map(Window::Time),
+        ("time", _) => time(length).map(Window::Time),
         _ => Err("a window is all, points:N, frames:N or time:T".to_owned()),
+    }
+}
+
+/// A length of event time: a number, or with units, which are of seconds.
+fn time(word: &str) -> Result<f64, String> {
+    match humantime::parse_duration(word) {
+        Ok(duration) if word.ends_with(|c: char| c.is_ascii_alphabetic()) && !duration.is_zero() => {
+            Ok(duration.as_secs_f64())
+        }
+        _ => positive(word, "length of time").map_err(|error| format!("{error}: write it as 2.5 or 30s")),
     }
 }
 
@@ -94,6 +104,11 @@ mod tests {
         assert_eq!(window("points:10"), Ok(Window::Points(NonZeroU64::new(10).unwrap())));
         assert_eq!(window("frames:1"), Ok(Window::Frames(NonZeroU64::MIN)));
         assert_eq!(window("time:2.5"), Ok(Window::Time(2.5)));
+        for (word, seconds) in
+            [("30s", 30.0), ("500ms", 0.5), ("1h 30m", 5400.0), ("2days", 172_800.0), ("1e3", 1000.0)]
+        {
+            assert_eq!(window(&format!("time:{word}")), Ok(Window::Time(seconds)), "{word}");
+        }
     }
 
     #[test]

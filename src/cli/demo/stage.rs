@@ -126,11 +126,12 @@ impl Stage {
             resolution: None,
             strict: false,
             rate: Some(self.rate),
+            origin: None,
             whole_frames: true,
         };
         let client = Client::connect(&self.address, SOFTWARE, Timeouts::default())?;
         let (source, frames) = (self.source, self.frames);
-        Ok(delivery.deliver(client, stop, &|_| (), |batch| source.play(frames, batch))?)
+        Ok(delivery.deliver(client, stop, &|_| (), |terms| source.play(frames, terms.batch))?)
     }
 
     fn print(&self, stop: Stop) -> Result<(), Failure> {

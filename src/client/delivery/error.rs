@@ -66,6 +66,12 @@ pub enum DeliveryError {
         /// So many that were sent.
         points: u64,
     },
+    /// The input has ended, and nothing of it could be used.
+    #[error("nothing of the input could be used, {rejected} times: see hopes help feed")]
+    NothingUsable {
+        /// How often something could not be used.
+        rejected: u64,
+    },
     /// Another producer ended the stream.
     #[error("another producer has ended the stream, after frame {frame}")]
     Ended {

@@ -83,10 +83,10 @@ enum End {
 
 impl Ledger {
     /// Nothing is sent yet.
-    pub fn new(strict: bool) -> Self {
+    pub fn new(input_errors: InputErrors) -> Self {
         let state = State {
             unanswered: BTreeMap::new(),
-            input_errors: InputErrors::new(strict),
+            input_errors,
             counts: Counts::default(),
             is_closing: false,
             end: None,
@@ -161,7 +161,12 @@ impl Ledger {
     pub fn settle(&self) -> Result<(), DeliveryError> {
         let mut state = self.state();
         state.input_errors.sum_up();
+        let Counts { accepted, taken_back, dropped, .. } = state.counts;
+        let rejected = state.input_errors.count();
         match state.end.take() {
+            Some(End::Closed) if accepted + taken_back + dropped == 0 && rejected > 0 => {
+                Err(DeliveryError::NothingUsable { rejected })
+            }
             None | Some(End::Closed) => Ok(()),
             Some(End::Failed(error)) => Err(error),
         }

@@ -23,6 +23,12 @@ pub enum EngineError {
     /// The source failed.
     #[error("cannot read the input: {0}")]
     Source(String),
+    /// The input has ended, and nothing of it could be used.
+    #[error("nothing of the input could be used, of {rejected} lines or points: see hopes help serve")]
+    NothingUsable {
+        /// How much was refused.
+        rejected: u64,
+    },
     /// It had to end while the reader of its output took nothing.
     #[error("the reader of stdout took nothing for too long: frame {frame} and later ones are not written")]
     OutputNotRead {

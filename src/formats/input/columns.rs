@@ -133,6 +133,11 @@ impl Columns {
         Self { wants_time, ..self }
     }
 
+    /// Whether event times are wanted where nobody has chosen columns.
+    pub(super) fn wants_times(&self) -> bool {
+        self.wants_time
+    }
+
     /// The places of x and y by the names in a header, if nobody has chosen and it names both.
     pub(super) fn named_in<'a>(&self, header: impl Iterator<Item = &'a str>) -> Option<Places> {
         if !self.is_open {

@@ -115,14 +115,27 @@ pub enum Member {
     Retract,
     /// The end of a frame.
     Commit,
-    /// The time of a commit.
+    /// The time of a commit; that of points if the window wants times and there is no `t`.
     Time,
+    /// As `time`, of points only.
+    Stamp,
+    /// As `time`, of points only.
+    Timestamp,
 }
 
 impl Member {
     /// Every member, in the order of the variants.
-    pub(super) const ALL: [Self; 7] =
-        [Self::X, Self::Y, Self::T, Self::Points, Self::Retract, Self::Commit, Self::Time];
+    pub(super) const ALL: [Self; 9] = [
+        Self::X,
+        Self::Y,
+        Self::T,
+        Self::Points,
+        Self::Retract,
+        Self::Commit,
+        Self::Time,
+        Self::Stamp,
+        Self::Timestamp,
+    ];
 
     /// Its name in a JSON object.
     pub const fn name(self) -> &'static str {
@@ -134,6 +147,8 @@ impl Member {
             Self::Retract => "retract",
             Self::Commit => "commit",
             Self::Time => "time",
+            Self::Stamp => "stamp",
+            Self::Timestamp => "timestamp",
         }
     }
 
@@ -153,13 +168,13 @@ impl fmt::Display for Member {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum BadLineReason {
     /// The line has more bytes than allowed; they were skipped.
-    #[error("longer than {limit} bytes: split it, or raise the limit")]
+    #[error("longer than {limit} bytes, the most of a line: split it into several")]
     TooLong {
         /// The limit it exceeds.
         limit: usize,
     },
     /// The line is not text.
-    #[error("not UTF-8 text: convert the input to UTF-8")]
+    #[error("not UTF-8 text: convert the input, as with iconv -f LATIN1 -t UTF-8")]
     NotUtf8,
     /// A field of a table is not a number.
     #[error("{found} is not a number: write one such as 1.5 or -2e-3")]
@@ -167,9 +182,41 @@ pub enum BadLineReason {
         /// The field.
         found: Excerpt,
     },
-    /// A field of a table is a number with a decimal comma.
-    #[error("{found} has a decimal comma: write a decimal point")]
-    DecimalComma {
+    /// A time is neither a number nor a date.
+    #[error("{found} is not a time: write seconds such as 1.5, or a date and time such as 2026-11-29T12:30:00Z")]
+    NotATime {
+        /// The field.
+        found: Excerpt,
+    },
+    /// A number has a comma, where a comma separates columns.
+    #[error("{found} has a comma: write {decimal} if it is decimal, {whole} if it marks thousands")]
+    Comma {
+        /// The field.
+        found: Excerpt,
+        /// With a point.
+        decimal: Excerpt,
+        /// Without the comma.
+        whole: Excerpt,
+    },
+    /// A number is written in groups of digits.
+    #[error("{found} has marks of thousands: write {whole}")]
+    Thousands {
+        /// The field.
+        found: Excerpt,
+        /// Without the marks.
+        whole: Excerpt,
+    },
+    /// A number has another sign than the hyphen.
+    #[error("{found} has a minus sign that is no hyphen: write {meant}")]
+    Minus {
+        /// The field.
+        found: Excerpt,
+        /// With a hyphen.
+        meant: Excerpt,
+    },
+    /// A field has a byte that no text has.
+    #[error("{found} has NUL bytes: this is no text, or not in UTF-8, as with iconv -f UTF-16LE -t UTF-8")]
+    Nul {
         /// The field.
         found: Excerpt,
     },
@@ -216,6 +263,15 @@ pub enum BadLineReason {
         /// The value, or its kind.
         found: String,
     },
+    /// An element of a list of points is no point.
+    #[error("{found} is not a point: write [x,y]")]
+    NotAPoint {
+        /// The value, or its kind.
+        found: String,
+    },
+    /// One of many points of a list that are none.
+    #[error("one more of its points is none: correct it like those before")]
+    OneMorePoint,
     /// A JSON array has a wrong number of elements.
     #[error("{found} element(s): write {expected}")]
     WrongLength {

@@ -13,6 +13,12 @@ use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Unexpecte
 
 use super::error::Member;
 use super::excerpt::Excerpt;
+use super::numbers::iso_time;
+
+/// Numbers that JSON has no word for, as programs write them anyway.
+pub(super) const NAN: &str = "NaN";
+pub(super) const INFINITY: &str = "Infinity";
+pub(super) const MINUS_INFINITY: &str = "-Infinity";
 
 /// A JSON value where a number or a truth value is expected; any other is only named.
 #[derive(Debug, Default)]
@@ -22,6 +28,8 @@ pub(super) enum Scalar {
     Bool(bool),
     Number(f64),
     Text(Excerpt),
+    /// A date and a time of day, in seconds since 1970.
+    Time(f64, Excerpt),
     Array,
     Object,
 }
@@ -32,7 +40,7 @@ impl fmt::Display for Scalar {
             Self::Null => f.write_str("null"),
             Self::Bool(value) => value.fmt(f),
             Self::Number(value) => value.fmt(f),
-            Self::Text(text) => text.fmt(f),
+            Self::Text(text) | Self::Time(_, text) => text.fmt(f),
             Self::Array => f.write_str("an array"),
             Self::Object => f.write_str("an object"),
         }
@@ -75,7 +83,13 @@ impl<'de> Visitor<'de> for ScalarVisitor {
     }
 
     fn visit_str<E>(self, text: &str) -> Result<Scalar, E> {
-        Ok(Scalar::Text(Excerpt::of(text.as_bytes())))
+        let excerpt = || Excerpt::of(text.as_bytes());
+        Ok(match text {
+            NAN => Scalar::Number(f64::NAN),
+            INFINITY => Scalar::Number(f64::INFINITY),
+            MINUS_INFINITY => Scalar::Number(f64::NEG_INFINITY),
+            _ => iso_time(text).map_or_else(|| Scalar::Text(excerpt()), |time| Scalar::Time(time, excerpt())),
+        })
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<Scalar, A::Error> {
@@ -129,6 +143,61 @@ impl<'de> Visitor<'de> for RowVisitor {
             length += 1;
         }
         Ok(Row { elements, length })
+    }
+}
+
+/// An element of a list of points, whatever it is: one that is no array does not end the list.
+#[derive(Debug)]
+pub(super) enum Element {
+    Row(Row),
+    Other(Scalar),
+}
+
+impl<'de> Deserialize<'de> for Element {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        source.deserialize_any(ElementVisitor)
+    }
+}
+
+struct ElementVisitor;
+
+impl<'de> Visitor<'de> for ElementVisitor {
+    type Value = Element;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        RowVisitor.expecting(f)
+    }
+
+    fn visit_unit<E: Error>(self) -> Result<Element, E> {
+        ScalarVisitor.visit_unit().map(Element::Other)
+    }
+
+    fn visit_bool<E: Error>(self, value: bool) -> Result<Element, E> {
+        ScalarVisitor.visit_bool(value).map(Element::Other)
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Element, E> {
+        ScalarVisitor.visit_f64(value).map(Element::Other)
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Element, E> {
+        ScalarVisitor.visit_i64(value).map(Element::Other)
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Element, E> {
+        ScalarVisitor.visit_u64(value).map(Element::Other)
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Element, E> {
+        ScalarVisitor.visit_str(text).map(Element::Other)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, elements: A) -> Result<Element, A::Error> {
+        RowVisitor.visit_seq(elements).map(Element::Row)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, members: A) -> Result<Element, A::Error> {
+        ScalarVisitor.visit_map(members).map(Element::Other)
     }
 }
 

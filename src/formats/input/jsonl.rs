@@ -3,27 +3,89 @@
 //! In: one line (UTF-8, not blank).
 //! Out: what it says, or what is wrong with it. The forms are `[x,y]`, `[x,y,t]`, `{"x":0,"y":0,"t":0}`,
 //! `{"points":[[x,y]],"t":0}`, `{"retract":[[x,y]]}` and `{"commit":true,"time":0}`. `t` and `time` may be left out
-//! or null; `t` also serves for a commit without `time`; members of other names, or of no use to the form, are
-//! ignored.
-//! Invariants: points go straight into the caller's buffer; nothing of a value that is not used is kept, so memory
-//! is bounded by the line.
+//! or null, and may be written in ISO 8601; `t` also serves for a commit without `time`; members of other names, or of
+//! no use to the form, are ignored. Where event times are wanted, `t` of points may also be called `time`, `stamp` or
+//! `timestamp`. A coordinate that is null, `NaN` or infinite is a number here that no point has.
+//! Invariants: points go straight into the caller's buffer; a listed point that is none takes no other with it; nothing
+//! of a value that is not used is kept, so memory is bounded by the line.
 //! Must not know: line ends, line numbers, what becomes of the points.
 
+use std::collections::VecDeque;
 use std::fmt;
 
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
 use super::error::{BadLineReason, Fault, Field, Member};
 use super::excerpt::Excerpt;
-use super::json_values::{Name, Row, Scalar, a_string};
+use super::json_literals::with_quoted_literals;
+use super::json_values::{Element, Name, Row, Scalar, a_string};
 use super::record::Parsed;
 
-/// Parses a line. Points are put into `points`.
-pub(super) fn parse(line: &str, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
+/// Listed points whose fault is kept in words. Those after them are only counted.
+const KEPT: usize = 64;
+
+/// What is wrong with single points of a list.
+#[derive(Debug, Default)]
+pub(super) struct Faults {
+    kept: VecDeque<Fault>,
+    more: usize,
+}
+
+impl Faults {
+    fn add(&mut self, fault: Fault) {
+        if self.kept.len() < KEPT { self.kept.push_back(fault) } else { self.more += 1 }
+    }
+
+    /// The next one, in the order of the points.
+    pub(super) fn next(&mut self) -> Option<Fault> {
+        self.kept.pop_front().or_else(|| {
+            self.more = self.more.checked_sub(1)?;
+            Some(Fault::of_line(BadLineReason::OneMorePoint))
+        })
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.kept.is_empty() && self.more == 0
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.kept.clear();
+        self.more = 0;
+    }
+}
+
+/// Parses a line. Points are put into `points`, and what is wrong with single ones into `faults`. If event times are
+/// wanted, they may have other names than `t`.
+pub(super) fn parse(
+    line: &str,
+    wants_times: bool,
+    points: &mut Vec<[f64; 2]>,
+    faults: &mut Faults,
+) -> Result<Parsed, Fault> {
+    let parsed = parse_strictly(line, wants_times, points, faults);
+    if !matches!(parsed, Err(Fault { reason: BadLineReason::Json { .. }, .. })) {
+        return parsed;
+    }
+    let Some(quoted) = with_quoted_literals(line) else { return parsed };
+    points.clear();
+    faults.clear();
+    // Places in the line with quotes are not those of the line.
+    parse_strictly(&quoted, wants_times, points, faults).map_err(|fault| match fault.field {
+        Some(Field::Byte(_)) => Fault::of_line(fault.reason),
+        _ => fault,
+    })
+}
+
+fn parse_strictly(
+    line: &str,
+    wants_times: bool,
+    points: &mut Vec<[f64; 2]>,
+    faults: &mut Faults,
+) -> Result<Parsed, Fault> {
     let content = line.trim_ascii_start();
     match content.as_bytes().first() {
         Some(b'[') => parse_array(line, points),
-        Some(b'{') => parse_object(line, points),
+        Some(b'{') => parse_object(line, wants_times, points, faults),
         _ => {
             let found = Excerpt::of(content.as_bytes());
             Err(Fault::of_line(BadLineReason::NotAnEntry { found }))
@@ -38,19 +100,24 @@ fn parse_array(line: &str, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> 
         let reason = BadLineReason::WrongLength { found: row.length, expected: "[x,y] or [x,y,t]" };
         return Err(Fault::of_line(reason));
     }
-    points.push([number(x, Member::X)?, number(y, Member::Y)?]);
-    Ok(Parsed::Points { time: number_or_null(t, Member::T)? })
+    points.push([coordinate(x, Member::X)?, coordinate(y, Member::Y)?]);
+    Ok(Parsed::Points { time: time(t, Member::T)? })
 }
 
-fn parse_object(line: &str, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
+fn parse_object(
+    line: &str,
+    wants_times: bool,
+    points: &mut Vec<[f64; 2]>,
+    faults: &mut Faults,
+) -> Result<Parsed, Fault> {
     let mut fault = None;
     let mut json = serde_json::Deserializer::from_str(line);
-    let object = Object { points, fault: &mut fault };
+    let object = Object { points, faults, fault: &mut fault };
     let members = object.deserialize(&mut json).and_then(|members| json.end().map(|()| members));
     match (members, fault) {
         (_, Some(fault)) => Err(fault),
         (Err(error), None) => Err(json_fault(&error)),
-        (Ok(members), None) => members.assemble(points),
+        (Ok(members), None) => members.assemble(wants_times, points),
     }
 }
 
@@ -64,17 +131,26 @@ fn json_fault(error: &serde_json::Error) -> Fault {
     Fault::at(Field::Byte(error.column()), reason)
 }
 
-fn number(value: Scalar, member: Member) -> Result<f64, Fault> {
-    match value {
-        Scalar::Number(number) => Ok(number),
-        other => Err(Fault::of_member(member, not_a_number(&other))),
+/// A value where a coordinate should be: null is no number, which no point has.
+fn as_coordinate(value: &Scalar) -> Option<f64> {
+    match *value {
+        Scalar::Number(number) => Some(number),
+        Scalar::Null => Some(f64::NAN),
+        _ => None,
     }
 }
 
-fn number_or_null(value: Scalar, member: Member) -> Result<Option<f64>, Fault> {
+fn coordinate(value: Scalar, member: Member) -> Result<f64, Fault> {
+    as_coordinate(&value).ok_or_else(|| Fault::of_member(member, not_a_number(&value)))
+}
+
+/// A value where a time should be; none if it is null.
+fn time(value: Scalar, member: Member) -> Result<Option<f64>, Fault> {
     match value {
         Scalar::Null => Ok(None),
-        other => number(other, member).map(Some),
+        Scalar::Number(time) | Scalar::Time(time, _) => Ok(Some(time)),
+        Scalar::Text(found) => Err(Fault::of_member(member, BadLineReason::NotATime { found })),
+        other => Err(Fault::of_member(member, not_a_number(&other))),
     }
 }
 
@@ -82,11 +158,11 @@ fn not_a_number(value: &Scalar) -> BadLineReason {
     BadLineReason::NotAJsonNumber { found: value.to_string() }
 }
 
-/// A list of points, which go into `points`. What JSON has no word for goes into `fault`.
+/// A list of points, which go into `points`, or what is wrong with them into `faults`.
 struct List<'a> {
     list: Member,
     points: &'a mut Vec<[f64; 2]>,
-    fault: &'a mut Option<Fault>,
+    faults: &'a mut Faults,
 }
 
 impl<'de> DeserializeSeed<'de> for List<'_> {
@@ -110,30 +186,33 @@ impl<'de> Visitor<'de> for List<'_> {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut source: A) -> Result<(), A::Error> {
         for number in 1.. {
-            let Some(row) = source.next_element()? else {
+            let Some(element) = source.next_element()? else {
                 break;
             };
-            match listed_point(row, self.list, number) {
+            match listed_point(element, self.list, number) {
                 Ok(point) => self.points.push(point),
-                Err(fault) => return Err(stop(self.fault, fault)),
+                Err(fault) => self.faults.add(fault),
             }
         }
         Ok(())
     }
 }
 
-fn listed_point(row: Row, list: Member, point: usize) -> Result<[f64; 2], Fault> {
+fn listed_point(element: Element, list: Member, point: usize) -> Result<[f64; 2], Fault> {
     let at = |coordinate| Field::Listed { list, point, coordinate };
-    let [x, y, _] = row.elements;
-    match (row.length, x, y) {
-        (2, Scalar::Number(x), Scalar::Number(y)) => Ok([x, y]),
-        (2, Scalar::Number(_), y) => Err(Fault::at(at(Some(Member::Y)), not_a_number(&y))),
-        (2, x, _) => Err(Fault::at(at(Some(Member::X)), not_a_number(&x))),
-        (found, ..) => {
-            let reason = BadLineReason::WrongLength { found, expected: "[x,y]" };
-            Err(Fault::at(at(None), reason))
+    let row = match element {
+        Element::Row(row) => row,
+        Element::Other(found) => {
+            return Err(Fault::at(at(None), BadLineReason::NotAPoint { found: found.to_string() }));
         }
+    };
+    let [x, y, _] = &row.elements;
+    if row.length != 2 {
+        return Err(Fault::at(at(None), BadLineReason::WrongLength { found: row.length, expected: "[x,y]" }));
     }
+    let coordinate =
+        |value, member| as_coordinate(value).ok_or_else(|| Fault::at(at(Some(member)), not_a_number(value)));
+    Ok([coordinate(x, Member::X)?, coordinate(y, Member::Y)?])
 }
 
 /// Ends the parsing of a line for a fault that is not the JSON parser's: keeps the fault, and makes
@@ -143,9 +222,11 @@ fn stop<E: Error>(kept: &mut Option<Fault>, fault: Fault) -> E {
     E::custom("stopped")
 }
 
-/// A JSON object. Listed points go into `points`, what JSON has no word for into `fault`.
+/// A JSON object. Listed points go into `points`, what is wrong with single ones into `faults`, and what JSON has no
+/// word for into `fault`.
 struct Object<'a> {
     points: &'a mut Vec<[f64; 2]>,
+    faults: &'a mut Faults,
     fault: &'a mut Option<Fault>,
 }
 
@@ -185,7 +266,7 @@ impl Object<'_> {
         if !matches!(member, Member::Points | Member::Retract) {
             return source.next_value();
         }
-        let list = List { list: member, points: &mut *self.points, fault: &mut *self.fault };
+        let list = List { list: member, points: &mut *self.points, faults: &mut *self.faults };
         source.next_value_seed(list).map(|()| Scalar::Array)
     }
 }
@@ -204,12 +285,12 @@ impl Members {
     }
 
     /// Decides which form the object has, and reads it as that.
-    fn assemble(mut self, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
+    fn assemble(mut self, wants_times: bool, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
         match self.form()? {
-            Member::Points => Ok(Parsed::Points { time: self.time(Member::T)? }),
+            Member::Points => Ok(Parsed::Points { time: self.event_time(wants_times)? }),
             Member::Retract => Ok(Parsed::Retract),
             Member::Commit => self.commit(),
-            _ => self.point(points),
+            _ => self.point(wants_times, points),
         }
     }
 
@@ -226,16 +307,16 @@ impl Members {
         }
     }
 
-    fn point(mut self, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
+    fn point(mut self, wants_times: bool, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
         let x = self.coordinate(Member::X)?;
         let y = self.coordinate(Member::Y)?;
         points.push([x, y]);
-        Ok(Parsed::Points { time: self.time(Member::T)? })
+        Ok(Parsed::Points { time: self.event_time(wants_times)? })
     }
 
     fn coordinate(&mut self, member: Member) -> Result<f64, Fault> {
         match self.take(member) {
-            Some(value) => number(value, member),
+            Some(value) => coordinate(value, member),
             None => Err(Fault::of_member(member, BadLineReason::MissingMember)),
         }
     }
@@ -252,7 +333,15 @@ impl Members {
         Ok(Parsed::Commit { time: if time.is_some() { time } else { self.time(Member::T)? } })
     }
 
+    /// The time of points: `t`, else one of the other names if times are wanted.
+    fn event_time(&mut self, wants_times: bool) -> Result<Option<f64>, Fault> {
+        let others = [Member::Time, Member::Stamp, Member::Timestamp];
+        let other = others.into_iter().find(|&member| wants_times && self.has(member));
+        let member = if self.has(Member::T) { Member::T } else { other.unwrap_or(Member::T) };
+        self.time(member)
+    }
+
     fn time(&mut self, member: Member) -> Result<Option<f64>, Fault> {
-        number_or_null(self.take(member).unwrap_or_default(), member)
+        time(self.take(member).unwrap_or_default(), member)
     }
 }

@@ -3,8 +3,8 @@
 //! In: any [`Read`].
 //! Out: one line at a time, without its line end (`\n`, `\r\n` or `\r`), as a slice of the one buffer here.
 //! Invariants: a line is handed out as soon as its `\n` or `\r` has arrived, with no further read; a byte is searched
-//! for line ends once and moved a bounded number of times, however the source cuts its reads; the buffer never exceeds the
-//! longest line allowed and one [`CHUNK`].
+//! for line ends once and moved a bounded number of times, however the source cuts its reads; the buffer never exceeds
+//! the longest line allowed and one [`CHUNK`].
 //! Must not know: what a line says.
 
 use std::io::{self, Read};
@@ -74,8 +74,7 @@ impl<R: Read> Lines<R> {
     pub fn next(&mut self) -> io::Result<Option<Line<'_>>> {
         let whole = loop {
             if let Some(end) = self.line_end() {
-                let is_pair = self.buffer[end..self.filled].starts_with(b"\r\n");
-                break self.take(end, end + 1 + usize::from(is_pair));
+                break self.take(end, end + 1);
             }
             self.drop_if_too_long();
             if self.ended {
@@ -124,7 +123,8 @@ impl<R: Read> Lines<R> {
         self.number
     }
 
-    /// How many bytes the lines handed out so far have taken, line ends included.
+    /// How many bytes the lines handed out so far have taken, line ends included. The second byte of `\r\n` counts with
+    /// the next line, as it may come later.
     pub(super) fn consumed(&self) -> u64 {
         self.consumed
     }
@@ -155,7 +155,7 @@ impl<R: Read> Lines<R> {
     /// than allowed.
     fn take(&mut self, end: usize, next: usize) -> Option<Range<usize>> {
         let whole = self.start..end;
-        self.after_return = next == self.filled && self.buffer[end..next] == *b"\r";
+        self.after_return = self.buffer[..self.filled].get(end) == Some(&b'\r');
         let too_long = std::mem::take(&mut self.skipping) || whole.len() > self.limit;
         self.consumed += (next - self.start) as u64;
         self.number += 1;

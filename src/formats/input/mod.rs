@@ -16,9 +16,9 @@
 //! quote no long string.
 //!
 //! Layers, each knowing only those before it: `excerpt` and `error` (how to say what is wrong), `format` and
-//! `columns` (what to expect), `lines` (bytes to lines), `separator` and `text` (a table's line to numbers),
-//! `json_values` and `jsonl` (a JSON line to numbers), `decoding` and `foreign` (compressed files and those of other
-//! programs), `reader` (all of it together).
+//! `columns` (what to expect), `lines` (bytes to lines), `separator`, `numbers` and `text` (a table's line to numbers),
+//! `json_literals`, `json_values` and `jsonl` (a JSON line to numbers), `decoding` and `foreign` (compressed files and
+//! those of other programs), `reader` (all of it together).
 
 mod columns;
 mod decoding;
@@ -26,9 +26,11 @@ mod error;
 mod excerpt;
 mod foreign;
 mod format;
+mod json_literals;
 mod json_values;
 mod jsonl;
 mod lines;
+mod numbers;
 mod reader;
 mod record;
 mod separator;

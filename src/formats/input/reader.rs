@@ -14,7 +14,7 @@ use super::error::{BadLine, BadLineReason, Fault, Field, ReadError};
 use super::excerpt::Excerpt;
 use super::foreign::Foreign;
 use super::format::Format;
-use super::jsonl;
+use super::jsonl::{self, Faults};
 use super::lines::{BYTE_ORDER_MARK, Line, Lines};
 use super::record::{Parsed, Record};
 use super::separator::without_comment;
@@ -48,17 +48,18 @@ pub struct Reader<R> {
 /// What the lines hold.
 #[derive(Debug)]
 enum Content {
-    Table(Table),
-    Json,
+    Table(Box<Table>),
+    Json { wants_times: bool, faults: Faults },
     Foreign(Box<Foreign>),
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads `source` as `format`. Only a table has `columns`; JSON lines ignore them.
+    /// Reads `source` as `format`. Only a table has `columns`; of them JSON lines take
+    /// whether event times are wanted.
     pub fn new(source: R, format: Format, columns: Columns, limits: Limits) -> Self {
         let content = match format {
-            Format::Text => Content::Table(Table::new(columns)),
-            Format::JsonLines => Content::Json,
+            Format::Text => Content::Table(Box::new(Table::new(columns))),
+            Format::JsonLines => Content::Json { wants_times: columns.wants_times(), faults: Faults::default() },
             Format::Foreign(format) => Content::Foreign(Box::new(Foreign::new(format, columns, limits.line_bytes))),
         };
         Self { lines: Lines::new(source, limits.line_bytes), content, points: Vec::new(), held: None }
@@ -74,6 +75,10 @@ impl<R: Read> Reader<R> {
     /// The source fails, or a chosen column is not in the header of the table. After a failure of
     /// the source nothing is lost, and the reader may be asked again.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>, ReadError> {
+        let number = self.lines.number();
+        if let Some(fault) = self.content.take_fault() {
+            return Ok(Some(Record::Bad(fault.on_line(number))));
+        }
         let parsed = match self.held.take() {
             Some(held) => Some(held),
             None => self.parse_line()?,
@@ -89,16 +94,17 @@ impl<R: Read> Reader<R> {
     pub fn is_ready(&self) -> bool {
         match &self.content {
             Content::Foreign(foreign) => foreign.is_ready(),
-            Content::Table(_) | Content::Json => self.held.is_some() || self.lines.has_line(),
+            content => self.held.is_some() || content.has_fault() || self.lines.has_line(),
         }
     }
 
     /// The number of the line of the last record, counted from 1; 0 before the first. After the end
     /// it is the number of lines. Of a foreign file, points or elements are counted instead: see `unit`.
+    #[cfg(test)]
     pub fn line(&self) -> u64 {
         match &self.content {
             Content::Foreign(foreign) => foreign.number(),
-            Content::Table(_) | Content::Json => self.lines.number(),
+            Content::Table(_) | Content::Json { .. } => self.lines.number(),
         }
     }
 
@@ -106,7 +112,15 @@ impl<R: Read> Reader<R> {
     pub fn unit(&self) -> &'static str {
         match &self.content {
             Content::Foreign(foreign) => foreign.unit(),
-            Content::Table(_) | Content::Json => "line",
+            Content::Table(_) | Content::Json { .. } => "line",
+        }
+    }
+
+    /// The number of the line, or of what `unit` says, that the next record is of, if that is points.
+    pub fn next_line(&self) -> u64 {
+        match &self.content {
+            Content::Foreign(foreign) => foreign.number() + 1,
+            Content::Table(_) | Content::Json { .. } => self.lines.number() + u64::from(self.held.is_none()),
         }
     }
 
@@ -115,12 +129,12 @@ impl<R: Read> Reader<R> {
         self.lines.consumed()
     }
 
-    /// What the header has chosen, for people; once, after it is known.
+    /// What the header has chosen, or that a comment may be a row, for people; once, after it is known.
     pub fn take_choice(&mut self) -> Option<String> {
         match &mut self.content {
             Content::Table(table) => table.take_choice(),
             Content::Foreign(foreign) => foreign.take_choice(),
-            Content::Json => None,
+            Content::Json { .. } => None,
         }
     }
 
@@ -172,6 +186,16 @@ impl Content {
         table.take_rejected()
     }
 
+    /// What is wrong with a single point of the last line.
+    fn take_fault(&mut self) -> Option<Fault> {
+        let Self::Json { faults, .. } = self else { return None };
+        faults.next()
+    }
+
+    fn has_fault(&self) -> bool {
+        matches!(self, Self::Json { faults, .. } if !faults.is_empty())
+    }
+
     /// Only the end of the line is trimmed, so that places in it remain what they are.
     fn parse(&mut self, line: &[u8], number: u64, points: &mut Vec<[f64; 2]>) -> Result<Parsed, UnknownName> {
         let line = line.trim_ascii_end();
@@ -189,12 +213,16 @@ impl Content {
                 Ok(line) => table.parse(line, number, points),
                 Err(fault) => Ok(Parsed::Bad(fault)),
             },
-            (Some(b'#'), Self::Json | Self::Foreign(_)) => Ok(Parsed::Nothing),
-            // A foreign file is not read by lines.
-            (Some(_), Self::Json | Self::Foreign(_)) => {
-                let parsed = text(line).and_then(|line| jsonl::parse(line, points));
-                Ok(parsed.unwrap_or_else(Parsed::Bad))
+            (Some(b'#'), Self::Json { .. }) => Ok(Parsed::Nothing),
+            (Some(_), Self::Json { wants_times, faults }) => {
+                let parsed = text(line).and_then(|line| jsonl::parse(line, *wants_times, points, faults));
+                Ok(parsed.unwrap_or_else(|fault| {
+                    faults.clear();
+                    Parsed::Bad(fault)
+                }))
             }
+            // It is not read by lines.
+            (Some(_), Self::Foreign(_)) => Ok(Parsed::Nothing),
         }
     }
 }

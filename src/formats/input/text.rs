@@ -3,13 +3,14 @@
 //! In: the content of one line after the other (UTF-8, not blank, without comment).
 //! Out: the point and the event time on it, or what is wrong with it.
 //! Invariants: the separator of the first good line holds for all that follow, so that no line is ever read with a
-//! guess of its own. Every line is a point, or a header, or unusable. A header stands before all points, has no number
-//! in a chosen column, and as many columns as the line after it; so what a line may be a header is decided by the next.
+//! guess of its own. Every line is a point, or a header, or unusable. A header stands before all points. It names x and
+//! y, or has no number in a chosen column and as many columns as the row after it, so that the next line decides.
 //! Must not know: line ends, comments.
 
 use super::columns::{Columns, Places};
 use super::error::{BadLine, BadLineReason, Fault, Field};
 use super::excerpt::Excerpt;
+use super::numbers;
 use super::record::Parsed;
 use super::separator::Separator;
 
@@ -25,8 +26,9 @@ pub(super) struct Table {
     width: Option<usize>,
     /// A line that was taken for a header, and is none.
     rejected: Option<BadLine>,
-    /// What was chosen by the header, for people, until somebody asks.
+    /// What was chosen, for people, until somebody asks.
     choice: Option<String>,
+    has_told_of_row: bool,
 }
 
 #[derive(Debug)]
@@ -62,7 +64,16 @@ pub(super) struct UnknownName(pub(super) String);
 impl Table {
     pub(super) fn new(columns: Columns) -> Self {
         let places = columns.places();
-        Self { columns, places, separator: None, stage: Stage::First, width: None, rejected: None, choice: None }
+        Self {
+            columns,
+            places,
+            separator: None,
+            stage: Stage::First,
+            width: None,
+            rejected: None,
+            choice: None,
+            has_told_of_row: false,
+        }
     }
 
     /// Parses the next line. The point is put into `points`.
@@ -89,6 +100,7 @@ impl Table {
     /// A comment may name the columns, if it stands before all points.
     pub(super) fn parse_comment(&mut self, comment: &str, number: u64) {
         let text = comment.trim_start_matches('#');
+        self.tell_of_row(text, number);
         if !matches!(self.stage, Stage::First | Stage::Header(Candidate { fault: None, .. })) {
             return;
         }
@@ -101,8 +113,26 @@ impl Table {
     /// Whether a line that begins like a comment is a row: its mark is part of a value, and each chosen column has a
     /// number.
     pub(super) fn is_row(&self, line: &str) -> bool {
-        let (Some(places), Some(separator)) = (self.places, self.separator) else { return false };
-        row(places, line, separator).is_ok()
+        let fits = |places, separator| row(places, line, separator).is_ok();
+        // The header that stands before it may have chosen others.
+        let named = if let Stage::Header(Candidate { named, .. }) = &self.stage { *named } else { None };
+        match (named, self.places, self.separator) {
+            (Some((places, separator)), ..) | (None, Some(places), Some(separator)) => fits(places, separator),
+            (None, Some(places), None) => Separator::candidates(line).any(|separator| fits(places, separator)),
+            (None, None, _) => false,
+        }
+    }
+
+    /// The first comment that would be a row without its mark is told, as somebody may have meant it for one.
+    fn tell_of_row(&mut self, text: &str, number: u64) {
+        let Some(places) = self.places.filter(|_| !self.has_told_of_row) else { return };
+        if Separator::candidates(text).any(|separator| row(places, text, separator).is_ok()) {
+            self.has_told_of_row = true;
+            let shown = Excerpt::of(format!("#{text}").as_bytes());
+            self.choice = Some(format!(
+                "line {number}: {shown} is taken for a comment: if it is a row, choose columns that are numbers"
+            ));
+        }
     }
 
     /// The input has ended: what was taken for a header has no rows.
@@ -121,7 +151,7 @@ impl Table {
         self.rejected.take()
     }
 
-    /// What the header has chosen, once.
+    /// What was chosen by the header, or left out as a comment, once.
     pub(super) fn take_choice(&mut self) -> Option<String> {
         self.choice.take()
     }
@@ -144,12 +174,14 @@ impl Table {
             Some((_, separator)) => separator,
             None => self.separator.unwrap_or_else(|| Separator::fitting(next, |cut| row(places, next, cut).is_ok())),
         };
-        let is_header = match candidate.named {
-            Some(_) => true,
-            // Of two such lines the first is none: nothing but a row follows a header.
-            None => row(places, next, separator).is_ok() || !is_header(places, next),
+        let is_as_wide = || are_as_wide(separator, &candidate.text, next);
+        let is_header = match (candidate.named, &candidate.fault) {
+            // What names x and y is a header, and rows of another width are not what it says.
+            (Some(_), Some(_)) => true,
+            (Some(_), None) => is_as_wide(),
+            (None, _) => row(places, next, separator).is_ok() && is_as_wide(),
         };
-        if !is_header || !are_as_wide(separator, &candidate.text, next) {
+        if !is_header {
             self.rejected = candidate.fault.map(|fault| fault.on_line(candidate.line));
             return;
         }
@@ -265,32 +297,16 @@ impl<'a> Chosen<'a> {
 
 fn row(places: Places, line: &str, separator: Separator) -> Result<Row, Fault> {
     let chosen = Chosen::of(places, line, separator);
-    let number = |field: Option<&str>, place: usize| match field.map(str::parse) {
-        Some(Ok(number)) => Ok(number),
-        _ => Err(fault(field, place, chosen.seen, separator)),
+    let fault = |place: usize, reason| Fault::at(Field::Column(place + 1), reason);
+    let missing = |place| fault(place, BadLineReason::MissingColumn { columns: chosen.seen, separator });
+    let coordinate = |field: Option<&str>, place| {
+        numbers::number(field.ok_or_else(|| missing(place))?, separator).map_err(|reason| fault(place, reason))
     };
-    Ok(Row {
-        point: [number(chosen.x, places.x)?, number(chosen.y, places.y)?],
-        time: places.time.map(|place| number(chosen.time, place)).transpose()?,
-    })
-}
-
-/// What is wrong with a chosen field.
-#[cold]
-fn fault(field: Option<&str>, place: usize, columns: usize, separator: Separator) -> Fault {
-    let reason = match field {
-        None => BadLineReason::MissingColumn { columns, separator },
-        Some("") => BadLineReason::EmptyColumn,
-        Some(field) => {
-            let found = Excerpt::of(field.as_bytes());
-            if has_decimal_comma(field) {
-                BadLineReason::DecimalComma { found }
-            } else {
-                BadLineReason::NotANumber { found }
-            }
-        }
-    };
-    Fault::at(Field::Column(place + 1), reason)
+    let point = [coordinate(chosen.x, places.x)?, coordinate(chosen.y, places.y)?];
+    let Some(place) = places.time else { return Ok(Row { point, time: None }) };
+    let time = chosen.time.ok_or_else(|| missing(place))?;
+    let time = numbers::time(time, separator).map_err(|reason| fault(place, reason))?;
+    Ok(Row { point, time: Some(time) })
 }
 
 /// Whether a line that is not a row may be a header: cut as is likeliest it has something in a
@@ -300,16 +316,5 @@ fn is_header(places: Places, line: &str) -> bool {
     let named = |chosen: &Chosen<'_>| {
         chosen.all().any(|field| !field.is_empty()) && !chosen.all().any(|field| field.starts_with(['{', '[']))
     };
-    cuts.peek().is_some_and(named) && !cuts.any(|chosen| chosen.all().any(looks_numeric))
-}
-
-fn looks_numeric(field: &str) -> bool {
-    field.parse::<f64>().is_ok() || has_decimal_comma(field)
-}
-
-fn has_decimal_comma(field: &str) -> bool {
-    field.split_once(',').is_some_and(|(whole, fraction)| {
-        // `1,2` is `1.2`; `1,` and `,2` are rather pieces of a line cut at the wrong place.
-        [whole, fraction].iter().all(|part| !part.is_empty()) && field.replacen(',', ".", 1).parse::<f64>().is_ok()
-    })
+    cuts.peek().is_some_and(named) && !cuts.any(|chosen| chosen.all().any(numbers::looks_numeric))
 }

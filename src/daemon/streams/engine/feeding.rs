@@ -92,6 +92,11 @@ impl Engine {
             self.stream.remove_producer(reply_to.sink());
             reply_to.sink().close(self.pipeline.committed());
         }
+        let (accepted, rejected) =
+            (self.stream.state.stats.accepted.load(Ordering::Relaxed), self.input_errors.count());
+        if ends_stream && accepted == 0 && rejected > 0 {
+            return Err(EngineError::NothingUsable { rejected });
+        }
         Ok(())
     }
 

@@ -9,7 +9,7 @@
 use super::found::{Found, Queue, counted};
 use crate::formats::input::error::{BadLineReason, Fault};
 use crate::formats::input::excerpt::Excerpt;
-use crate::formats::input::jsonl;
+use crate::formats::input::jsonl::{self, Faults};
 use crate::formats::input::record::Parsed;
 
 /// Finds elements.
@@ -21,6 +21,7 @@ pub(super) struct Elements {
     is_too_long: bool,
     /// How many bytes an element may have.
     limit: usize,
+    wants_times: bool,
     /// Bytes so far.
     bytes: u64,
     /// Bytes outside of all documents that are none.
@@ -52,8 +53,9 @@ struct Within {
 }
 
 impl Elements {
-    pub(super) fn new(limit: usize) -> Self {
-        Self { place: Place::Outside, text: Vec::new(), is_too_long: false, limit, bytes: 0, strange: 0 }
+    pub(super) fn new(wants_times: bool, limit: usize) -> Self {
+        let (place, text) = (Place::Outside, Vec::new());
+        Self { place, text, is_too_long: false, limit, wants_times, bytes: 0, strange: 0 }
     }
 
     pub(super) fn push(&mut self, bytes: &[u8], found: &mut Queue) {
@@ -158,21 +160,27 @@ impl Elements {
 
     fn end(&mut self, within: Within, found: &mut Queue) {
         self.place = if within.is_listed { Place::After } else { Place::Outside };
-        found.push_back(self.element());
+        self.element(found);
     }
 
-    fn element(&self) -> Found {
+    fn element(&self, found: &mut Queue) {
         if self.is_too_long {
-            return Found::Bad(format!("longer than {} bytes: split it", self.limit));
+            found.push_back(Found::Bad(format!("longer than {} bytes: split it", self.limit)));
+            return;
         }
         let text = self.text.trim_ascii();
         let Ok(text) = std::str::from_utf8(text) else {
-            return Found::Bad(format!("{} is not UTF-8 text: convert the input to UTF-8", Excerpt::of(text)));
+            let text = Excerpt::of(text);
+            found.push_back(Found::Bad(format!("{text} is not UTF-8 text: convert the input to UTF-8")));
+            return;
         };
-        let mut points = Vec::new();
-        match jsonl::parse(text, &mut points) {
-            Ok(Parsed::Bad(fault)) | Err(fault) => Found::Bad(said(&fault)),
-            Ok(parsed) => Found::Entry(parsed, points),
+        let (mut points, mut faults) = (Vec::new(), Faults::default());
+        match jsonl::parse(text, self.wants_times, &mut points, &mut faults) {
+            Ok(Parsed::Bad(fault)) | Err(fault) => found.push_back(Found::Bad(said(&fault))),
+            Ok(parsed) => {
+                found.push_back(Found::Entry(parsed, points));
+                found.extend(std::iter::from_fn(|| faults.next()).map(|fault| Found::Part(said(&fault))));
+            }
         }
     }
 

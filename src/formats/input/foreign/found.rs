@@ -17,6 +17,8 @@ pub(super) enum Found {
     Entry(Parsed, Vec<[f64; 2]>),
     /// A point or an element that cannot be used. It has a number like those that can.
     Bad(String),
+    /// A point in the element before that cannot be used.
+    Part(String),
     /// Something else that is wrong.
     Missed(String),
 }

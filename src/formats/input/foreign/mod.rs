@@ -88,7 +88,7 @@ impl Foreign {
             Readable::Ply => Machine::Ply(Box::new(Ply::new(columns, limit))),
             Readable::Pcd => Machine::Pcd(Box::new(Pcd::new(columns, limit))),
             Readable::GeoJson => Machine::GeoJson(Box::new(GeoJson::new(limit))),
-            Readable::Elements => Machine::Elements(Box::new(Elements::new(limit))),
+            Readable::Elements => Machine::Elements(Box::new(Elements::new(columns.wants_times(), limit))),
         };
         Self { machine, queue: Queue::new(), number: 0, has_choice: true, has_ended: false }
     }
@@ -186,7 +186,7 @@ impl Foreign {
     }
 
     fn parsed(&mut self, found: Found, points: &mut Vec<[f64; 2]>) -> Parsed {
-        self.number += u64::from(!matches!(found, Found::Missed(_)));
+        self.number += u64::from(!matches!(found, Found::Missed(_) | Found::Part(_)));
         match found {
             Found::Point(point, time) => {
                 points.push(point);
@@ -196,7 +196,7 @@ impl Foreign {
                 points.extend(own);
                 parsed
             }
-            Found::Bad(reason) => Parsed::Missed(format!("{} {}: {reason}", self.unit(), self.number)),
+            Found::Bad(reason) | Found::Part(reason) => Parsed::Missed(format!("{} {}: {reason}", self.unit(), self.number)),
             Found::Missed(reason) => Parsed::Missed(reason),
         }
     }
