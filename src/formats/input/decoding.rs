@@ -2,8 +2,8 @@
 //!
 //! In: any [`Read`] whose first bytes said how it is encoded.
 //! Out: a [`Read`] of what it holds, UTF-8 for UTF-16.
-//! Invariants: what can be decoded is handed on as soon as its bytes have arrived. Memory does not grow with the source.
-//! Where the encoded data are damaged or cut short, a [`Damage`] is returned once, after all before it; then the source
+//! Invariants: what can be decoded is handed on as soon as its bytes have arrived. Memory does not grow with the
+//! source. Where the encoded data are damaged or cut short, a [`Damage`] is returned once, after all before it; then the source
 //! has ended.
 //! Must not know: what the bytes mean.
 
@@ -12,7 +12,7 @@ use std::io::{self, BufReader, ErrorKind, Read};
 
 use flate2::bufread::MultiGzDecoder;
 
-/// How many bytes of UTF-16 are decoded at once.
+/// How many bytes are decoded at once.
 const PIECE: usize = 8 * 1024;
 
 /// The encoded data end too early, or are wrong.
@@ -38,7 +38,8 @@ impl Damage {
     }
 }
 
-/// What gzip has compressed, of one member or several.
+/// What gzip has compressed, of one member or several. Where the data are damaged, what came in the same piece is lost
+/// with them.
 pub(super) struct Gzip<R> {
     members: MultiGzDecoder<BufReader<Counted<R>>>,
     has_ended: bool,
@@ -75,7 +76,8 @@ impl<R: Read> Read for Gzip<R> {
         if self.has_ended {
             return Ok(0);
         }
-        let error = match self.members.read(room) {
+        let length = room.len().min(PIECE);
+        let error = match self.members.read(&mut room[..length]) {
             Ok(length) => return Ok(length),
             Err(error) => error,
         };
@@ -85,7 +87,7 @@ impl<R: Read> Read for Gzip<R> {
                 Damage::at(format_args!("the gzip data end in the middle, at byte {place}: all before it was read"))
             }
             ErrorKind::InvalidInput | ErrorKind::InvalidData => Damage::at(format_args!(
-                "the gzip data are damaged near byte {place} ({error}): all before it was read, and nothing after it"
+                "the gzip data are damaged near byte {place} ({error}): nothing after it was read"
             )),
             _ => return Err(error),
         };

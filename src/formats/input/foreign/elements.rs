@@ -6,7 +6,7 @@
 //! without a word.
 //! Must not know: the forms that an element may have.
 
-use super::found::{Found, Queue, counted};
+use super::parts::found::{Found, Queue, counted};
 use crate::formats::input::error::{BadLineReason, Fault};
 use crate::formats::input::excerpt::Excerpt;
 use crate::formats::input::jsonl::{self, Faults};

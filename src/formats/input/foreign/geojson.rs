@@ -12,8 +12,8 @@
 
 use json_event_parser::{JsonEvent, LowLevelJsonParser, LowLevelJsonParserResult};
 
-use super::found::{Found, Queue};
-use super::literals::{Literals, is_replaced};
+use super::parts::found::{Found, Queue};
+use super::parts::literals::{Literals, is_replaced};
 use crate::formats::input::excerpt::Excerpt;
 
 /// The deepest nesting.

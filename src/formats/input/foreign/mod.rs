@@ -6,37 +6,30 @@
 //! with what a header claims. What is missing at the end, and what stands after it, is reported.
 //! Must not know: what becomes of the points.
 //!
-//! Layers: `refusal` and `error` (what is said), `signature` and `json_start` (what a file is); `found`, `tail`,
-//! `text_lines`, `number`, `rows`, `lzf` and `literals` (pieces of files); `npy`, `ply`, `pcd`, `geojson` and `elements`
-//! (one format each).
+//! Layers: `refusal` and `error` (what is said), `signature` and `json_start` (what a file is); `parts` (what formats
+//! share); `npy`, `ply`, `pcd`, `geojson` and `elements` (one format each).
 
 use std::io::Read;
 
 mod elements;
 pub(super) mod error;
-mod found;
 mod geojson;
 mod json_start;
-mod literals;
-mod lzf;
 mod npy;
-mod number;
+mod parts;
 mod pcd;
 mod ply;
 mod refusal;
-mod rows;
 pub(super) mod signature;
-mod tail;
-mod text_lines;
 
 #[cfg(test)]
 mod tests;
 
 use self::elements::Elements;
 use self::error::ForeignError;
-use self::found::{Found, Queue};
 use self::geojson::GeoJson;
 use self::npy::Npy;
+use self::parts::found::{Found, Queue};
 use self::pcd::Pcd;
 use self::ply::Ply;
 use super::columns::Columns;
@@ -196,7 +189,9 @@ impl Foreign {
                 points.extend(own);
                 parsed
             }
-            Found::Bad(reason) | Found::Part(reason) => Parsed::Missed(format!("{} {}: {reason}", self.unit(), self.number)),
+            Found::Bad(reason) | Found::Part(reason) => {
+                Parsed::Missed(format!("{} {}: {reason}", self.unit(), self.number))
+            }
             Found::Missed(reason) => Parsed::Missed(reason),
         }
     }

@@ -15,10 +15,10 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::error::ForeignError;
-use super::found::{Queue, counted};
-use super::number::Number;
-use super::rows::{Cell, Cells, LONGEST_ROW, Role, Rows, Stripe, Stripes};
-use super::tail::Tail;
+use super::parts::found::{Queue, counted};
+use super::parts::number::Number;
+use super::parts::rows::{Cell, Cells, LONGEST_ROW, Role, Rows, Stripe, Stripes};
+use super::parts::tail::Tail;
 use crate::formats::input::columns::{Columns, Places};
 
 const FORMAT: &str = "an NPY array";

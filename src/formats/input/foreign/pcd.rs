@@ -9,12 +9,12 @@
 //! The crate `pcd-rs` allocates what a header claims, and panics where compressed data do not hold what it says.
 
 use super::error::ForeignError;
-use super::found::{Found, Queue};
-use super::lzf::Lzf;
-use super::number::Number;
-use super::rows::{Cell, Cells, LONGEST_ROW, Role, Rows, Stripe, Stripes};
-use super::tail::Tail;
-use super::text_lines::{TextLine, TextLines};
+use super::parts::found::{Found, Queue};
+use super::parts::lzf::Lzf;
+use super::parts::number::Number;
+use super::parts::rows::{Cell, Cells, LONGEST_ROW, Role, Rows, Stripe, Stripes};
+use super::parts::tail::Tail;
+use super::parts::text_lines::{TextLine, TextLines};
 use crate::formats::input::columns::{Columns, Places};
 use crate::formats::input::excerpt::Excerpt;
 
@@ -71,7 +71,6 @@ struct Compressed {
     left: Option<u64>,
     lzf: Lzf,
     stripes: Stripes,
-    is_damaged: bool,
 }
 
 /// One field of a point.
@@ -102,6 +101,7 @@ impl Pcd {
             };
             self.header_line(&line)?;
         }
+        self.lines.skip_rest_of_end(&mut bytes);
         match &mut self.data {
             Data::None => {}
             Data::Text { .. } => self.text(&mut bytes, found),
@@ -203,7 +203,7 @@ impl Pcd {
                 let stripes = Stripes::new(stripes(&fields, places), total).filter(|_| row.is_some());
                 let (lengths, lzf) = (Vec::new(), Lzf::new());
                 let stripes = stripes.ok_or_else(impossible)?;
-                Data::Compressed(Box::new(Compressed { lengths, left: None, lzf, stripes, is_damaged: false }))
+                Data::Compressed(Box::new(Compressed { lengths, left: None, lzf, stripes }))
             }
             other => {
                 let other = Excerpt::of(other.as_bytes());
@@ -341,16 +341,11 @@ impl Compressed {
         let (own, rest) = bytes.split_at(usize::try_from(*left).unwrap_or(usize::MAX).min(bytes.len()));
         *left -= own.len() as u64;
         *bytes = rest;
-        if self.is_damaged {
-            return;
-        }
-        match self.lzf.decompress(own) {
-            Ok(mut data) => self.stripes.take(&mut data, found),
-            Err(_) => {
-                self.is_damaged = true;
-                let reason = "the compressed data are damaged: only the points before the damage were read";
-                found.push_back(Found::Missed(reason.to_owned()));
-            }
+        let was_damaged = self.lzf.is_damaged();
+        self.stripes.take(&mut self.lzf.decompress(own), found);
+        if self.lzf.is_damaged() && !was_damaged {
+            let reason = "the compressed data are damaged: only the points before the damage were read";
+            found.push_back(Found::Missed(reason.to_owned()));
         }
     }
 

@@ -9,10 +9,10 @@
 //! The crate `ply-rs-bw` reads all vertices into maps of names at once, and its text has no `nan`, `.5` or `5.`.
 
 use super::error::ForeignError;
-use super::found::{Found, Queue};
-use super::number::{LONGEST, Number};
-use super::tail::Tail;
-use super::text_lines::{TextLine, TextLines};
+use super::parts::found::{Found, Queue};
+use super::parts::number::{LONGEST, Number};
+use super::parts::tail::Tail;
+use super::parts::text_lines::{TextLine, TextLines};
 use crate::formats::input::columns::{Columns, Places};
 use crate::formats::input::excerpt::Excerpt;
 
@@ -98,6 +98,7 @@ impl Ply {
             };
             self.header_line(&line)?;
         }
+        self.lines.skip_rest_of_end(&mut bytes);
         match self.coding {
             _ if self.stage == Stage::Lost => {}
             Some(Coding::Binary { is_big_endian }) => self.binary(&mut bytes, is_big_endian, found),

@@ -196,7 +196,9 @@ fn text(first: &[u8], suffix: &str, is_all: bool) -> Option<Kind> {
             let is_geo = |kind: &Kind| *kind == Kind::Readable(Readable::GeoJson);
             return Some(by_suffix(suffix).filter(is_geo).unwrap_or(Kind::JsonLines));
         }
-        None if line_end.is_none() && !is_all && !(first.len() >= BEGINNING && is_binary(first)) => return None,
+        None if line_end.is_none() && !is_all && !(first.len() >= BEGINNING && is_binary(&first[..BEGINNING])) => {
+            return None;
+        }
         None => {}
     }
     let line = content[..line_end.unwrap_or(content.len())].trim_ascii();
@@ -207,11 +209,18 @@ fn text(first: &[u8], suffix: &str, is_all: bool) -> Option<Kind> {
     if suffix == "stl" && !content.starts_with(b"solid") {
         return Some(refused(Refusal::StlBinary));
     }
-    if is_binary(first) {
-        let is_archive = first.get(257..).is_some_and(|rest| rest.starts_with(b"ustar"));
-        let is_open = !is_all && first.len() < BEGINNING;
-        let refusal = by_suffix(suffix).unwrap_or(refused(if is_archive { Refusal::Tar } else { Refusal::Unknown }));
-        return (!is_open).then_some(refusal);
+    let beginning = &first[..first.len().min(BEGINNING)];
+    let line_end = line_end.map_or(first.len(), |end| first.len() - content.len() + end);
+    // One strange byte in the first line is reason enough to look at more.
+    if strange(&beginning[..line_end.min(beginning.len())]) > 0 {
+        if !is_all && first.len() < BEGINNING {
+            return None;
+        }
+        if is_binary(beginning) {
+            let is_archive = first.get(257..).is_some_and(|rest| rest.starts_with(b"ustar"));
+            let refusal = refused(if is_archive { Refusal::Tar } else { Refusal::Unknown });
+            return Some(by_suffix(suffix).unwrap_or(refusal));
+        }
     }
     match markup(content, line, is_all) {
         Verdict::Open => return None,
@@ -249,11 +258,15 @@ fn by_suffix(suffix: &str) -> Option<Kind> {
     })
 }
 
-/// Whether more than a stray byte of the beginning is none of a text.
-fn is_binary(first: &[u8]) -> bool {
-    let first = &first[..first.len().min(BEGINNING)];
-    let strange = first.iter().filter(|&&byte| byte < b' ' && !byte.is_ascii_whitespace() && byte != b'\x1b').count();
-    strange >= 4 && strange * 8 > first.len()
+/// Whether more than a stray byte is none of a text.
+fn is_binary(beginning: &[u8]) -> bool {
+    let strange = strange(beginning);
+    strange >= 4 && strange * 8 > beginning.len()
+}
+
+/// How many bytes are no characters of a text.
+fn strange(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|&&byte| byte < b' ' && !byte.is_ascii_whitespace() && byte != b'\x1b').count()
 }
 
 /// XML in all its forms, by its first element.
@@ -262,11 +275,16 @@ fn markup(content: &[u8], line: &[u8], is_all: bool) -> Verdict {
         return Verdict::Other;
     }
     let text = String::from_utf8_lossy(&content[..content.len().min(4096)]).to_ascii_lowercase();
-    let elements = [("<gpx", Refusal::Gpx), ("<kml", Refusal::Kml), ("<svg", Refusal::Svg), ("<html", Refusal::Html)];
-    let known = elements.iter().find(|(element, _)| text.contains(element));
-    match known {
-        Some((_, refusal)) => Verdict::Is(refused(*refusal)),
-        None if text.contains("<!doctype html") => Verdict::Is(refused(Refusal::Html)),
+    let elements = [
+        ("<gpx", Refusal::Gpx),
+        ("<kml", Refusal::Kml),
+        ("<svg", Refusal::Svg),
+        ("<html", Refusal::Html),
+        ("<!doctype html", Refusal::Html),
+    ];
+    let known = elements.iter().filter_map(|(element, refusal)| Some((text.find(element)?, *refusal)));
+    match known.min_by_key(|(at, _)| *at) {
+        Some((_, refusal)) => Verdict::Is(refused(refusal)),
         None if !is_all && content.len() < 4096 => Verdict::Open,
         None => Verdict::Is(refused(Refusal::Xml)),
     }

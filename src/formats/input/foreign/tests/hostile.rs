@@ -75,8 +75,11 @@ proptest! {
     ) {
         let whole = read_from(&bytes[..], None, "");
         for said in &whole {
-            prop_assert!(said.chars().count() < 600 && !said.chars().any(char::is_control), "{said:?}");
+            let is_point = said.starts_with(['(', '-']);
+            prop_assert!((is_point || said.chars().count() < 600) && !said.chars().any(char::is_control), "{said:?}");
         }
+        // Where damaged gzip breaks off is a matter of how it is cut: see `Gzip`.
+        prop_assume!(!bytes.starts_with(b"\x1f\x8b"));
         prop_assert_eq!(read_from(Pieces::new(&bytes, &lengths), None, ""), whole);
     }
 
@@ -85,7 +88,7 @@ proptest! {
         file in file(),
         end in any::<prop::sample::Index>(),
     ) {
-        let (all, cut) = (read(&file), read(&file[..end.index(file.len())]));
+        let (all, cut) = (read(&file), read(&file[..8 + end.index(file.len() - 8)]));
         let points = |said: &[String]| -> Vec<String> { said.iter().filter(|said| said.starts_with('(')).cloned().collect() };
         let (all_points, cut_points) = (points(&all), points(&cut));
         prop_assert_eq!(all_points.len(), all.len());

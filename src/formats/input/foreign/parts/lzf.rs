@@ -22,35 +22,45 @@ enum Expected {
 
 /// Decompresses.
 #[derive(Debug)]
-pub(super) struct Lzf {
+pub struct Lzf {
     expected: Expected,
     /// The last bytes that came out, and before that those of the present piece.
     out: Vec<u8>,
     /// Where those begin that were not handed out.
     fresh: usize,
+    is_damaged: bool,
 }
 
 /// A reference reaches back before the beginning.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) struct BadReference;
+struct BadReference;
 
 impl Lzf {
-    pub(super) fn new() -> Self {
-        Self { expected: Expected::Control, out: Vec::new(), fresh: 0 }
+    pub fn new() -> Self {
+        Self { expected: Expected::Control, out: Vec::new(), fresh: 0, is_damaged: false }
     }
 
-    /// Decompresses a piece.
-    pub(super) fn decompress(&mut self, piece: &[u8]) -> Result<&[u8], BadReference> {
+    /// Decompresses a piece, up to where it is damaged.
+    pub fn decompress(&mut self, piece: &[u8]) -> &[u8] {
         self.out.drain(..self.out.len().saturating_sub(REACH));
         self.fresh = self.out.len();
         for &byte in piece {
-            self.expected = self.after(byte)?;
+            if self.is_damaged {
+                break;
+            }
+            match self.after(byte) {
+                Ok(expected) => self.expected = expected,
+                Err(BadReference) => self.is_damaged = true,
+            }
         }
-        Ok(&self.out[self.fresh..])
+        &self.out[self.fresh..]
+    }
+
+    pub fn is_damaged(&self) -> bool {
+        self.is_damaged
     }
 
     /// Whether the data may end here.
-    pub(super) fn is_whole(&self) -> bool {
+    pub fn is_whole(&self) -> bool {
         matches!(self.expected, Expected::Control)
     }
 
@@ -95,7 +105,7 @@ mod tests {
             let mut lzf = Lzf::new();
             let mut out = Vec::new();
             for piece in compressed.chunks(size) {
-                out.extend_from_slice(lzf.decompress(piece).unwrap());
+                out.extend_from_slice(lzf.decompress(piece));
             }
             assert_eq!(String::from_utf8(out).unwrap(), expected);
             assert!(lzf.is_whole());
@@ -104,20 +114,22 @@ mod tests {
 
     #[test]
     fn a_reference_before_the_beginning_is_found() {
-        assert_eq!(Lzf::new().decompress(&[0, b'a', 0b0010_0000, 1]), Err(BadReference));
         let mut lzf = Lzf::new();
-        assert_eq!(lzf.decompress(&[5, 1, 2]), Ok(&[1, 2][..]));
+        assert_eq!(lzf.decompress(&[0, b'a', 0b0010_0000, 1, 0, b'b']), b"a");
+        assert!(lzf.is_damaged() && lzf.decompress(&[0, b'c']).is_empty());
+        let mut lzf = Lzf::new();
+        assert_eq!(lzf.decompress(&[5, 1, 2]), [1, 2]);
         assert!(!lzf.is_whole());
     }
 
     #[test]
     fn memory_is_bounded_and_the_far_end_of_the_reach_is_kept() {
         let mut lzf = Lzf::new();
-        lzf.decompress(&[0, b'q']).unwrap();
+        lzf.decompress(&[0, b'q']);
         for index in 0..REACH - 1 {
-            lzf.decompress(&[0, (index % 7) as u8]).unwrap();
+            lzf.decompress(&[0, (index % 7) as u8]);
         }
-        assert_eq!(lzf.decompress(&[0b0011_1111, 0xff]), Ok(&[b'q', 0, 1][..]));
+        assert_eq!(lzf.decompress(&[0b0011_1111, 0xff]), [b'q', 0, 1]);
         assert!(lzf.out.len() <= REACH + 3);
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! In: the layout, and bytes in any pieces.
 //! Out: points.
-//! Invariants: memory grows with the bytes that have arrived, never with a count that a header claims, and row after row
-//! it is bounded by one row. Bytes after the last row are left.
+//! Invariants: memory grows with the bytes that have arrived, never with a count that a header claims; row after row it
+//! is bounded by one row. Bytes after the last row are left.
 //! Must not know: headers.
 
 use super::found::{Found, Queue, counted};
@@ -11,11 +11,11 @@ use super::number::Number;
 
 /// A number in a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Cell {
+pub struct Cell {
     /// Where in the row it begins.
-    pub(super) offset: usize,
-    pub(super) number: Number,
-    pub(super) is_big_endian: bool,
+    pub offset: usize,
+    pub number: Number,
+    pub is_big_endian: bool,
 }
 
 impl Cell {
@@ -26,18 +26,18 @@ impl Cell {
 
 /// Where the numbers of a point stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Cells {
-    pub(super) x: Cell,
-    pub(super) y: Cell,
-    pub(super) time: Option<Cell>,
+pub struct Cells {
+    pub x: Cell,
+    pub y: Cell,
+    pub time: Option<Cell>,
 }
 
 /// The longest row, in bytes.
-pub(super) const LONGEST_ROW: u64 = 1 << 24;
+pub const LONGEST_ROW: u64 = 1 << 24;
 
 /// Row after row.
 #[derive(Debug)]
-pub(super) struct Rows {
+pub struct Rows {
     cells: Cells,
     /// The length of a row, which holds all cells.
     row: usize,
@@ -48,12 +48,12 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    pub(super) fn new(cells: Cells, row: usize, total: u64) -> Self {
+    pub fn new(cells: Cells, row: usize, total: u64) -> Self {
         Self { cells, row, total, left: total, partial: Vec::new() }
     }
 
     /// Takes what belongs to rows from the front of `bytes`.
-    pub(super) fn take(&mut self, bytes: &mut &[u8], found: &mut Queue) {
+    pub fn take(&mut self, bytes: &mut &[u8], found: &mut Queue) {
         while self.left > 0 && !bytes.is_empty() {
             let missing = self.row - self.partial.len();
             let (own, rest) = bytes.split_at(missing.min(bytes.len()));
@@ -78,7 +78,7 @@ impl Rows {
     }
 
     /// What is missing at the end of the file.
-    pub(super) fn missing(&self) -> Option<String> {
+    pub fn missing(&self) -> Option<String> {
         missing(self.left, self.total)
     }
 }
@@ -90,28 +90,28 @@ fn missing(left: u64, total: u64) -> Option<String> {
 
 /// One column of data that come column after column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Stripe {
+pub struct Stripe {
     /// The bytes of one value; the number is at its beginning.
-    pub(super) size: u64,
-    pub(super) number: Option<Number>,
-    pub(super) is_big_endian: bool,
-    pub(super) role: Option<Role>,
+    pub size: u64,
+    pub number: Option<Number>,
+    pub is_big_endian: bool,
+    pub role: Option<Role>,
 }
 
 /// What a column is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Role {
+pub enum Role {
     X,
     Y,
     Time,
 }
 
 /// The most bytes of columns that are kept until the others come.
-pub(super) const LARGEST_COLUMNS: u64 = 1 << 30;
+pub const LARGEST_COLUMNS: u64 = 1 << 30;
 
 /// Column after column.
 #[derive(Debug)]
-pub(super) struct Stripes {
+pub struct Stripes {
     stripes: Vec<Stripe>,
     /// Values in a column.
     total: u64,
@@ -130,7 +130,7 @@ pub(super) struct Stripes {
 
 impl Stripes {
     /// None if there is more to keep than is allowed.
-    pub(super) fn new(stripes: Vec<Stripe>, total: u64) -> Option<Self> {
+    pub fn new(stripes: Vec<Stripe>, total: u64) -> Option<Self> {
         let last = stripes.iter().rev().find_map(|stripe| stripe.role);
         let kept = stripes.iter().filter(|stripe| stripe.role.is_some()).count().saturating_sub(1) as u64;
         let room = total.checked_mul(kept * size_of::<f64>() as u64)?;
@@ -142,7 +142,7 @@ impl Stripes {
     }
 
     /// Takes what belongs to columns from the front of `bytes`.
-    pub(super) fn take(&mut self, bytes: &mut &[u8], found: &mut Queue) {
+    pub fn take(&mut self, bytes: &mut &[u8], found: &mut Queue) {
         while self.next_column() && !bytes.is_empty() {
             let stripe = self.stripes[self.at];
             let length = usize::try_from(self.left).unwrap_or(usize::MAX).min(bytes.len());
@@ -194,7 +194,7 @@ impl Stripes {
     }
 
     /// What is missing at the end of the file.
-    pub(super) fn missing(&mut self) -> Option<String> {
+    pub fn missing(&mut self) -> Option<String> {
         if !self.next_column() {
             return None;
         }

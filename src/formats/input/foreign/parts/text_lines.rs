@@ -10,7 +10,7 @@ use memchr::memchr2;
 
 /// Gathers the present line.
 #[derive(Debug)]
-pub(super) struct TextLines {
+pub struct TextLines {
     line: Vec<u8>,
     limit: usize,
     is_too_long: bool,
@@ -25,30 +25,30 @@ pub(super) struct TextLines {
 
 /// A line of a file.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum TextLine<'a> {
+pub enum TextLine<'a> {
     Whole(&'a [u8]),
     /// Longer than allowed.
     TooLong,
 }
 
 impl TextLines {
-    pub(super) fn new(limit: usize) -> Self {
+    pub fn new(limit: usize) -> Self {
         let line = Vec::new();
         Self { line, limit, is_too_long: false, is_given: false, after_return: false, has_pairs: None, number: 0 }
     }
 
     /// From the next line on.
-    pub(super) fn set_limit(&mut self, limit: usize) {
+    pub fn set_limit(&mut self, limit: usize) {
         self.limit = limit;
     }
 
     /// The number of the last line, counted from 1.
-    pub(super) fn number(&self) -> u64 {
+    pub fn number(&self) -> u64 {
         self.number
     }
 
     /// Takes the bytes of the present line from the front of `bytes`. The line, if it is whole.
-    pub(super) fn take(&mut self, bytes: &mut &[u8]) -> Option<TextLine<'_>> {
+    pub fn take(&mut self, bytes: &mut &[u8]) -> Option<TextLine<'_>> {
         self.begin();
         self.skip_rest_of_end(bytes);
         let end = memchr2(b'\n', b'\r', bytes);
@@ -63,13 +63,13 @@ impl TextLines {
     }
 
     /// The last line, which has no end.
-    pub(super) fn finish(&mut self) -> Option<TextLine<'_>> {
+    pub fn finish(&mut self) -> Option<TextLine<'_>> {
         self.begin();
         (!self.line.is_empty() || self.is_too_long).then(|| self.give())
     }
 
     /// The text of the last line again; none if it was too long.
-    pub(super) fn last(&self) -> Option<String> {
+    pub fn last(&self) -> Option<String> {
         (!self.is_too_long).then(|| String::from_utf8_lossy(&self.line).into_owned())
     }
 
@@ -96,7 +96,8 @@ impl TextLines {
         }
     }
 
-    fn skip_rest_of_end(&mut self, bytes: &mut &[u8]) {
+    /// Skips the second byte of `\r\n`, which may come later than the first one.
+    pub fn skip_rest_of_end(&mut self, bytes: &mut &[u8]) {
         let Some((&first, rest)) = bytes.split_first().filter(|_| self.after_return) else { return };
         self.after_return = false;
         let is_pair = first == b'\n' && self.has_pairs != Some(false);

@@ -9,13 +9,13 @@
 const LITERALS: [&[u8]; 3] = [b"NaN", b"Infinity", b"-Infinity"];
 
 /// What stands in a string that was such a literal.
-pub(super) fn is_replaced(text: &str) -> bool {
+pub fn is_replaced(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte == b'-')
 }
 
 /// Where in the text the bytes are.
 #[derive(Debug, Default)]
-pub(super) struct Literals {
+pub struct Literals {
     is_in_string: bool,
     is_escaped: bool,
 }
@@ -23,7 +23,7 @@ pub(super) struct Literals {
 impl Literals {
     /// Replaces in `text`, of which the bytes before `from` are done. How many are done now: what may become a literal
     /// waits for more.
-    pub(super) fn replace(&mut self, text: &mut [u8], from: usize) -> usize {
+    pub fn replace(&mut self, text: &mut [u8], from: usize) -> usize {
         let mut at = from;
         while at < text.len() {
             let byte = text[at];

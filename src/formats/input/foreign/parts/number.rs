@@ -6,7 +6,7 @@
 
 /// The type of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Number {
+pub enum Number {
     I8,
     U8,
     I16,
@@ -20,11 +20,11 @@ pub(super) enum Number {
 }
 
 /// The longest number in bytes.
-pub(super) const LONGEST: usize = 8;
+pub const LONGEST: usize = 8;
 
 impl Number {
     /// The number that has this kind and so many bytes: `i` signed, `u` unsigned, `f` a float.
-    pub(super) fn of(kind: char, size: u64) -> Option<Self> {
+    pub fn of(kind: char, size: u64) -> Option<Self> {
         Some(match (kind.to_ascii_lowercase(), size) {
             ('i', 1) => Self::I8,
             ('u', 1) => Self::U8,
@@ -41,7 +41,7 @@ impl Number {
     }
 
     /// In bytes.
-    pub(super) const fn size(self) -> usize {
+    pub const fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -51,7 +51,7 @@ impl Number {
     }
 
     /// Reads the number at the beginning of `bytes`, which must be long enough.
-    pub(super) fn read(self, is_big_endian: bool, bytes: &[u8]) -> f64 {
+    pub fn read(self, is_big_endian: bool, bytes: &[u8]) -> f64 {
         let mut raw = [0; LONGEST];
         let own = &mut raw[..self.size()];
         own.copy_from_slice(&bytes[..self.size()]);

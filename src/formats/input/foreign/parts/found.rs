@@ -10,7 +10,7 @@ use crate::formats::input::record::Parsed;
 
 /// One thing in a file.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Found {
+pub enum Found {
     /// A point, and when it was seen.
     Point([f64; 2], Option<f64>),
     /// An element of JSON, with its points.
@@ -24,9 +24,9 @@ pub(super) enum Found {
 }
 
 /// In the order of the file.
-pub(super) type Queue = VecDeque<Found>;
+pub type Queue = VecDeque<Found>;
 
 /// Bytes or points, in words.
-pub(super) fn counted(count: u64, what: &str) -> String {
+pub fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
