@@ -13,11 +13,10 @@ mod view;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-use cli::{Cli, Failure};
+use cli::Failure;
 
 fn main() -> ExitCode {
-    let outcome = match Cli::try_parse() {
+    let outcome = match cli::parse() {
         Ok(cli) => {
             log_to_stderr(cli.log_level());
             cli.run()

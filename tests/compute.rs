@@ -1,6 +1,10 @@
 //! `hopes compute` as a process: files and pipes as input; answers, pictures, messages and exit codes as output.
 
 mod common;
+#[path = "compute/figures.rs"]
+mod figures;
+#[path = "compute/projected.rs"]
+mod projected;
 
 use std::collections::BTreeSet;
 use std::io::Read;
@@ -464,7 +468,7 @@ fn bad_lines_are_named_counted_and_skipped() {
         "x = 1e300 is beyond 2^201",
         "line 10, column 2: missing",
         "line 11, point (0, -inf): y = -inf is not a finite number",
-        "line 12, point (0, 0.00000000000000000000000000000000000000000000000001): y = 1e-50 is nearer to 0",
+        "line 12, point (0, 1e-50): y = 1e-50 is nearer to 0",
         "line 14, column 1: empty",
     ] {
         assert!(finished.err.contains(reason), "{reason:?} is missing in {}", finished.err);

@@ -3,6 +3,8 @@
 
 #[path = "daemon/administration.rs"]
 mod administration;
+#[path = "daemon/clocks.rs"]
+mod clocks;
 mod common;
 #[path = "daemon/ending.rs"]
 mod ending;

@@ -72,9 +72,9 @@ fn frames(text: &str) -> Vec<Vec<[u32; 2]>> {
     frames
 }
 
-/// A column of points.
+/// A column of points, from the top row down; y is up.
 fn column(x: u32, rows: std::ops::Range<u32>) -> Vec<[u32; 2]> {
-    rows.map(|y| [x, y]).collect()
+    rows.rev().map(|y| [x, y]).collect()
 }
 
 fn without_times(lines: &str) -> Vec<Value> {
@@ -119,9 +119,9 @@ fn a_rate_sets_times_and_pace() {
     let begun = std::time::Instant::now();
     let lines = edges(folder.path(), "--rate 8 --format jsonl").runs().text();
     let expected = "\
-{\"points\":[[0,0],[0,1]]}\n{\"commit\":true,\"time\":0.0}
-{\"points\":[[1,0],[1,1]]}\n{\"commit\":true,\"time\":0.125}
-{\"points\":[[2,0],[2,1]]}\n{\"commit\":true,\"time\":0.25}
+{\"points\":[[0,1],[0,0]]}\n{\"commit\":true,\"time\":0.0}
+{\"points\":[[1,1],[1,0]]}\n{\"commit\":true,\"time\":0.125}
+{\"points\":[[2,1],[2,0]]}\n{\"commit\":true,\"time\":0.25}
 ";
     assert_eq!(lines, expected);
     assert!(begun.elapsed().as_millis() >= 250, "{:?}", begun.elapsed());
@@ -129,13 +129,14 @@ fn a_rate_sets_times_and_pace() {
 }
 
 #[test]
-fn a_part_keeps_its_coordinates_and_y_can_point_up() {
+fn a_part_keeps_its_coordinates_and_y_is_up_or_down() {
     let folder = folder(&[("a.png", Gray::step(20, 10, 8, 200).png())]);
     let path = folder.path().join("a.png");
     let found = |arguments: &str| frames(&edges(&path, arguments).runs().text()).remove(0);
-    assert_eq!(found("--roi 5,2,6,3"), column(7, 2..5));
+    assert_eq!(found("--roi 5,2,6,3"), column(7, 5..8));
+    assert_eq!(found("--roi 5,2,6,3 --y-up"), column(7, 5..8), "as it was asked for before");
+    assert_eq!(found("--roi 5,2,6,3 --y-down"), [[7, 2], [7, 3], [7, 4]]);
     assert_eq!(found("--roi 8,2,6,3"), [[0; 2]; 0]);
-    assert_eq!(found("--roi 5,0,6,3 --y-up"), [[7, 9], [7, 8], [7, 7]]);
     edges(&path, "--roi 15,0,6,3")
         .runs()
         .fails(1, &["a.png: the part of 6 x 3 pixels from 15,0 reaches beyond", "20 x 10"]);
@@ -160,7 +161,7 @@ fn invalid_arguments_are_wrong_usage() {
         ("- --size 0x5", "1 to 67108864 pixels"),
         ("- --size 5", "write WxH"),
         ("- --size 99999x99999", "1 to 67108864 pixels"),
-        ("- --low -1", "'-1'"),
+        ("- --low -1", "-1 is not a threshold"),
         ("- --low=-1", "-1 is not a threshold"),
         ("- --ratio 0.5", "1 or more"),
         ("- --ratio 2 --high 5", "cannot be used with"),
@@ -178,6 +179,7 @@ fn invalid_arguments_are_wrong_usage() {
     hopes("edges tests/data/none.png").runs().fails(1, &["cannot open tests/data/none.png", "No such file"]);
     let empty = tempfile::tempdir().unwrap();
     edges(empty.path(), "").runs().fails(1, &["there is no picture in", ".jpeg"]);
+    edges(Path::new("tests/data/edges/text.png"), "-o x.pdf").runs().fails(2, &["x.pdf", ".csv, .txt, .jsonl"]);
     edges(Path::new("tests/data/edges/text.png"), "-o /none/x").runs().fails(1, &["cannot write /none/x"]);
 }
 
@@ -210,4 +212,10 @@ fn the_output_may_go_to_a_file() {
     let picture = Path::new("tests/data/edges/text.png");
     assert_eq!(edges(picture, "-o").with(&path).runs().text(), "");
     assert_eq!(std::fs::read(&path).unwrap(), edges(picture, "").runs().out());
+    for (name, form) in [("a.CSV", "text"), ("b.jsonl", "jsonl"), ("c.hopes", "bin")] {
+        let path = folder.path().join(name);
+        assert_eq!(edges(picture, "-o").with(&path).runs().text(), "");
+        let expected = edges(picture, "--format").and(form).runs().out();
+        assert!(std::fs::read(&path).unwrap() == expected, "the suffix of {name} chooses {form}");
+    }
 }

@@ -77,7 +77,8 @@ struct Trial {
     try_it: fn(&Stage, &str),
 }
 
-const TRIALS: [Trial; 7] = [
+const TRIALS: [Trial; 8] = [
+    Trial { title: "a picture as a figure", try_it: figure_of_a_picture },
     Trial { title: "a webcam", try_it: video_on_a_page },
     Trial { title: "a film, at its own pace", try_it: video_on_a_page },
     Trial { title: "LiDAR as CSV", try_it: lidar },
@@ -99,6 +100,13 @@ fn every_recipe_does_what_it_says() {
             scope.spawn(|| (trial.try_it)(&Stage::new(), &recipe.commands));
         }
     });
+}
+
+/// The figure that the README shows; that it is this one is tested with the other pictures.
+fn figure_of_a_picture(stage: &Stage, recipe: &str) {
+    stage.start(recipe).finish();
+    let drawn = std::fs::read_to_string(stage.path("coins.svg")).unwrap();
+    assert!(drawn.contains("Simplified HoPeS(7, 4)"), "all five panels are there");
 }
 
 /// A page with tracks, fed by `ffmpeg` with three frames of a film.
@@ -246,6 +254,11 @@ fn the_table_of_commands_has_all_of_them_with_options_that_exist() {
 fn pictures_of_the_documents_are_what_the_program_draws() {
     let stage = Stage::new();
     for (name, commands) in [
+        (
+            "coins.svg",
+            "hopes compute tests/data/edges/coins.png -o coins.svg \
+             --panels image,cloud,diagram,skeleton,simplified -k 7 -l 4",
+        ),
         ("wheel.svg", "hopes compute tests/cases/wheel7_n400_e0.02.csv --format svg -o wheel.svg"),
         (
             "frame7.svg",

@@ -2,6 +2,7 @@
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::thread;
 
@@ -281,12 +282,70 @@ fn a_mirror_of_snapped_points_is_exact() {
 #[test]
 fn late_points_are_refused_with_their_line() {
     let finished =
-        hopes("serve --window time:10 --columns x,y,t").reads("x,y,t\n# c\n0,0,100\n1,0,89\n2,0,90\n3,0,111\n");
+        hopes("serve --window time:10 --columns x,y,t").reads("x,y,t\n# c\n0,0,100\n1,0,89\n2,0,90\n3,0,110\n");
     assert!(finished.err.contains("line 4, point (1, 0): event time 89 is before 90"), "{}", finished.err);
     assert_eq!(finished.err.lines().count(), 1, "{}", finished.err);
     let frames = frames(finished);
-    assert_eq!((frames[0].rejected, frames[0].time), (1, Some(111.0)));
-    assert_eq!(frames[0].vertices.add.iter().map(|vertex| vertex.1).collect::<Vec<_>>(), [3.0]);
+    assert_eq!((frames[0].rejected, frames[0].time), (1, Some(110.0)));
+    assert_eq!(frames[0].vertices.add.iter().map(|vertex| vertex.1).collect::<Vec<_>>(), [0.0, 3.0]);
+}
+
+#[test]
+fn a_wild_time_is_refused_with_its_line_and_ends_nothing() {
+    let rows = |times: std::ops::Range<u32>| times.map(|time| format!("{time},0,{time}\n")).collect::<String>();
+    let input = format!("x,y,t\n{}0,0,9e9\n{}", rows(1..50), rows(50..100));
+    let program = hopes("serve --window time:10 --columns x,y,t --frame-points 20");
+    let finished = program.reads(&input);
+    assert!(
+        finished.err.contains("line 51, point (0, 0): event time 9000000000 is too far ahead of 49,"),
+        "{}",
+        finished.err
+    );
+    let shown = frames(finished);
+    assert_eq!(shown.iter().map(|frame| frame.rejected).sum::<u64>(), 1);
+    assert_eq!(shown.last().map(|frame| (frame.points, frame.time)), Some((11, Some(99.0))));
+    let strict = program.and("--strict").reads(&input);
+    assert!(strict.code == Some(3) && strict.err.contains("line 51"), "{:?}: {}", strict.code, strict.err);
+    // A clock that steps back for good is believed.
+    let shown = frames(program.reads("x,y,t\n".to_owned() + &rows(500..600) + &rows(100..200)));
+    assert_eq!(shown.last().map(|frame| (frame.points, frame.time)), Some((11, Some(199.0))));
+}
+
+#[test]
+fn frames_of_a_film_are_dated_by_their_commits() {
+    let input = bunny();
+    let films: Vec<(Value, f64)> = input
+        .lines()
+        .collect::<Vec<_>>()
+        .chunks(2)
+        .map(|pair| {
+            let [points, commit] = [0, 1].map(|index| serde_json::from_str::<Value>(pair[index]).unwrap());
+            (points["points"].clone(), commit["time"].as_f64().unwrap())
+        })
+        .collect();
+    // Less than the time between two frames, and more.
+    for length in [0.1, 0.5] {
+        let shown = served(&format!("--input jsonl --window time:{length}"), &input);
+        assert_eq!(shown.len(), films.len());
+        for (frame, (_, time)) in shown.iter().zip(&films) {
+            let kept = films.iter().filter(|(_, other)| other <= time && *other >= time - length);
+            let places = kept.flat_map(|(points, _)| points.as_array().unwrap()).map(Value::to_string);
+            let places = places.collect::<BTreeSet<_>>().len();
+            assert_eq!((frame.time, frame.points, frame.rejected), (Some(*time), places, 0), "frame {}", frame.frame);
+        }
+    }
+}
+
+#[test]
+fn a_stream_that_closes_its_frames_needs_a_time_in_them() {
+    let shown = served("--window time:10 --input jsonl --frame-points 2", "[0,0]\n[1,0,3]\n[2,0]\n[3,0]\n");
+    assert_eq!(
+        shown.iter().map(|frame| (frame.points, frame.time)).collect::<Vec<_>>(),
+        [(2, Some(3.0)), (4, Some(3.0))]
+    );
+    let finished = hopes("serve --window time:10 --frame-points 2").reads("0 0\n1 0\n2 0\n");
+    assert_eq!(finished.err.matches("has no event time").count(), 3, "{}", finished.err);
+    assert_eq!(frames(finished).iter().map(|frame| frame.rejected).collect::<Vec<_>>(), [2, 1]);
 }
 
 #[test]

@@ -1,61 +1,72 @@
-//! `hopes compute`: a file of points in, its skeleton out, once.
+//! `hopes compute`: a file of points or a picture in, its skeleton out, once.
 //!
 //! In: a file or stdin, and options.
 //! Out: JSON, CSV, GeoJSON, SVG or PNG, to a file or stdout.
 //! Invariants: points that cannot be used are reported, counted and left out, unless `--strict` stops at the first.
-//! One thread reads while another inserts, with a bounded queue between them.
 //! Must not know: how skeletons are computed or pictures drawn.
 
+mod panels;
+mod source;
+
 use std::fs::File;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::mpsc::sync_channel;
-use std::thread;
 
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
-use hopes::topology::{Frame, Options, Pipeline, Simplified, View, simplify};
+use hopes::topology::{Frame, Options, Simplified, View, simplify};
 use indicatif::ProgressBar;
 
-use super::args::{SimplifiedViewArgs, Threshold, resolution};
+use super::args::{ChosenColumns, DetectionArgs, ProjectArgs, SimplifiedViewArgs, Threshold, by_suffix, resolution};
 use super::{Failure, files, progress};
 use crate::daemon::InputErrors;
-use crate::formats::input::{Columns, Format};
-use crate::formats::runs::{Found, RunSource};
+use crate::formats::input::Format;
+use crate::formats::runs::RunSource;
 use crate::formats::skeleton::{Answer, OutputFormat};
+use panels::{Cut, PanelWord, panel};
+use source::Source;
 
-/// Compute the skeleton of a file of points, once.
+/// Compute the skeleton of a file of points, or of the edges of a picture, once.
 ///
 /// Reads a table (comma, semicolon, tab or blank separated, with or without a header line, # comments) or JSON lines:
-/// [x,y], {"x":..,"y":..} or {"points":[[x,y],...]}. Writes the persistence diagram, the minimum spanning tree and the
-/// chosen view of the skeleton.
+/// [x,y], {"x":..,"y":..} or {"points":[[x,y],...]}. Of a picture (PNG, JPEG) the points are its edge pixels, as of
+/// hopes edges. Writes the persistence diagram, the minimum spanning tree and the chosen view of the skeleton.
 #[derive(Debug, Args)]
 #[command(
     after_help = EXAMPLES,
     after_long_help = format!("{EXAMPLES}\n\n{KEYS}"),
 )]
 pub struct Compute {
-    /// File of points; - for stdin.
+    /// File of points, or a picture; - for stdin.
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// How the points are written.
+    /// What the file holds.
     #[arg(long, value_enum, default_value_t)]
     input: Input,
     /// Columns of a table, by number from 1 or by name in the header [default: what the header calls x and y, or lon
     /// and lat; else 1,2].
     #[arg(long, value_name = "X,Y")]
-    columns: Option<Columns>,
+    columns: Option<ChosenColumns>,
+    #[command(flatten)]
+    project: ProjectArgs,
     /// Snap positions to a grid of this step.
     #[arg(long, value_name = "STEP", value_parser = resolution)]
     resolution: Option<f64>,
-    /// What to write.
-    #[arg(short, long, value_enum, default_value_t)]
-    format: OutputFormat,
+    /// What to write [default: as the suffix of --output says, else json; with --panels svg].
+    #[arg(short, long, value_enum)]
+    format: Option<OutputFormat>,
     /// Where to write it; - for stdout [default: -].
     ///
-    /// A file that is there is replaced at the end, by the whole answer, or not at all.
+    /// Its suffix chooses the format: .json, .svg, .png, .csv or .geojson. A file that is there is replaced at the end,
+    /// by the whole answer, or not at all.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Draw these panels side by side, as .svg or .png: image, cloud, diagram, skeleton, simplified.
+    ///
+    /// Any of them, in the order given, also more than once. The image is that of a picture; skeletons stand on it.
+    /// A diagram, skeleton or simplified one is that of -k and -l, or of its own ranks: skeleton:7:4 has k = 7, l = 4.
+    #[arg(long, value_name = "PANEL,...", value_delimiter = ',', value_parser = panel)]
+    panels: Vec<PanelWord>,
     /// Stop at the first line or point that cannot be used (exit code 3).
     ///
     /// Without it, such lines and points are reported with their line, counted and left out.
@@ -63,18 +74,24 @@ pub struct Compute {
     strict: bool,
     #[command(flatten)]
     view: SimplifiedViewArgs,
+    #[command(flatten)]
+    detection: DetectionArgs,
 }
 
 const EXAMPLES: &str = "Examples:
   hopes compute points.csv                                 all of it as JSON
-  hopes compute points.csv --format svg -o points.svg      a picture beside the persistence diagram
-  hopes compute scan.tsv --columns lon,lat -k 2 --simplify --format geojson
+  hopes compute points.csv -o points.svg                   a picture beside the persistence diagram
+  hopes compute points.csv --format dots > dots.csv        the persistence diagram as a table
+  hopes compute photo.jpg -o fig.svg --panels image,cloud,diagram,skeleton,simplified -k 7 -l 4
+  hopes compute points.csv -o two.png --panels skeleton:1:1,skeleton:3:2
+  hopes compute scan.tsv --columns lon,lat --project -k 2 --simplify --format geojson
   produce | hopes compute - --alpha 0.5                    the reduced skeleton at the scale 0.5";
 
 const KEYS: &str = "Keys of the JSON output:
   points      how many distinct positions
   duplicates  points beyond the first on their position
   rejected    lines and points that could not be used
+  origin      with --project: longitude and latitude of [0,0]
   vertices    [x,y] in order of first appearance; all indices refer to them
   dots        the persistence diagram, most persistent first:
               birth, death, edge [i,j], hole {center, radius}
@@ -88,7 +105,8 @@ Margins say how much noise on every point leaves the chosen gaps the chosen ones
 not there counts as width 0. An infinite number is null: vs of a cloud without dots, the vertical
 margin for l = 1.
 
-A line of the CSV output: kind,i,j,x1,y1,x2,y2,length,birth,death,persistence";
+A line of the CSV output: kind,i,j,x1,y1,x2,y2,length,birth,death,persistence
+A line of dots: birth,death,persistence,i,j,x1,y1,x2,y2,center_x,center_y,radius,shown";
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum Input {
@@ -99,33 +117,50 @@ enum Input {
     Text,
     /// JSON lines: [x,y], {"x":..,"y":..}, {"points":[[x,y],...]}.
     Jsonl,
+    /// A picture: PNG or JPEG.
+    Picture,
 }
+
+/// What the suffix of a file says.
+const SUFFIXES: [(&str, OutputFormat); 5] = [
+    ("json", OutputFormat::Json),
+    ("svg", OutputFormat::Svg),
+    ("png", OutputFormat::Png),
+    ("csv", OutputFormat::Csv),
+    ("geojson", OutputFormat::Geojson),
+];
 
 /// Below this many bytes of input, the work is too short for a progress bar.
 const LONG_WORK: u64 = 8 << 20;
 
 /// What is said where pictures cannot be made into pixels.
 const NO_PNG: &str =
-    "this hopes was built without PNG output: use --format svg, or build it again with the feature png (on by default)";
-
-/// Runs of points that may wait to be inserted.
-const WAITING: usize = 4;
+    "this hopes was built without PNG output: write .svg, or build it again with the feature png (on by default)";
 
 impl Compute {
     pub fn run(self) -> Result<(), Failure> {
-        if !self.format.is_built_in() {
-            return Err(Failure::Usage(NO_PNG));
-        }
-        let threshold = self.view.threshold()?;
+        let format = self.format()?;
+        let cut = Cut { spec: self.view.spec(), threshold: self.view.threshold()? };
         if files::is_pipe(&self.file) {
             files::check_stdin()?;
         }
-        // A stdout that is closed is refused before the work.
+        // An output that cannot be written is refused before the work.
         let output = self.output.as_deref().filter(|&path| !files::is_pipe(path));
-        let stdout = if output.is_none() { Some(files::stdout()?) } else { None };
+        let stdout = match output {
+            Some(path) => {
+                files::check_place(path)?;
+                None
+            }
+            None if format == OutputFormat::Png => Some(files::binary_stdout("a PNG", "-o picture.png")?),
+            None => Some(files::stdout()?),
+        };
+        let mut source = self.source()?;
+        panels::check(&self.panels, cut, matches!(source, Source::Picture(..)), &self.file.display().to_string())?;
         let progress = self.progress();
         let mut input_errors = InputErrors::new(self.strict).of(files::name(&self.file));
-        let (frame, points) = self.compute(&progress, &mut input_errors)?;
+        let options = Options { resolution: self.resolution, ..Options::default() };
+        let (frame, points) = source::frame(&mut source, options, &progress, &mut input_errors)?;
+        progress.set_message("writing");
         let rejected = input_errors.count();
         input_errors.sum_up();
         if points == 0 && rejected > 0 {
@@ -133,22 +168,72 @@ impl Compute {
             let what = "nothing in it could be used";
             return Err(anyhow!("{name}: {what}, of {rejected} lines or points: see hopes help compute").into());
         }
-        let view = frame.view(self.view.spec());
-        let simplified = threshold.map(|threshold| simplified(&frame, &view, threshold));
-        let answer = Answer {
-            name: self.file.file_stem().and_then(|stem| stem.to_str()).filter(|_| !files::is_pipe(&self.file)),
-            skeleton: &frame.skeleton,
-            view: &view,
-            simplified: simplified.as_ref().map(|(threshold, simplified)| (*threshold, simplified)),
-            duplicates: points - frame.skeleton.vertices().len() as u64,
-            rejected,
-        };
-        progress.set_message("writing");
-        self.write(&answer, stdout, output)?;
+        let name = self.file.file_stem().and_then(|stem| stem.to_str()).filter(|_| !files::is_pipe(&self.file));
+        if self.panels.is_empty() {
+            let view = frame.view(cut.spec);
+            let simplified = cut.threshold.map(|threshold| simplified(&frame, &view, threshold));
+            let answer = Answer {
+                name,
+                skeleton: &frame.skeleton,
+                view: &view,
+                simplified: simplified.as_ref().map(|(threshold, simplified)| (*threshold, simplified)),
+                duplicates: points - frame.skeleton.vertices().len() as u64,
+                rejected,
+                projection: if let Source::Points(_, Some(projector)) = &source {
+                    projector.projection()
+                } else {
+                    None
+                },
+            };
+            write(stdout, output, |mut sink| format.write(&answer, &mut sink))?;
+        } else {
+            let photo = if let Source::Picture(photo, _) = &source { Some(photo) } else { None };
+            let drawing = panels::draw(&frame, &self.panels, cut, photo, name);
+            write(stdout, output, |mut sink| format.write_drawing(&drawing, &mut sink))?;
+        }
         progress.finish_and_clear();
         // The process ends here: giving back every page of a large skeleton first would only take time.
         std::mem::forget(frame);
         Ok(())
+    }
+
+    /// What is written: as it is said, else as the file's name says.
+    fn format(&self) -> Result<OutputFormat, Failure> {
+        let has_panels = !self.panels.is_empty();
+        let usual = if has_panels { OutputFormat::Svg } else { OutputFormat::default() };
+        let format = match self.format {
+            Some(format) => format,
+            None => by_suffix(self.output.as_deref(), &SUFFIXES)?.unwrap_or(usual),
+        };
+        if has_panels && !format.is_picture() {
+            return Err(Failure::usage(
+                "--panels draws a picture: write it into a file .svg or .png, or say --format svg",
+            ));
+        }
+        if format.is_built_in() { Ok(format) } else { Err(Failure::usage(NO_PNG)) }
+    }
+
+    fn source(&self) -> Result<Source, Failure> {
+        let format = match self.input {
+            Input::Auto if source::holds_picture(&self.file) => return self.picture(),
+            Input::Picture => return self.picture(),
+            Input::Auto => None,
+            Input::Text => Some(Format::Text),
+            Input::Jsonl => Some(Format::JsonLines),
+        };
+        let (file, columns) = (self.file.clone(), self.project.columns(self.columns.as_ref()));
+        let projector = self.project.projector();
+        // A grid of metres says nothing of degrees: the pipeline checks what is on it.
+        let resolution = self.resolution.filter(|_| projector.is_none());
+        let is_projected = projector.is_some();
+        Ok(Source::Points(RunSource { file, format, columns, resolution, is_projected }, projector))
+    }
+
+    fn picture(&self) -> Result<Source, Failure> {
+        if self.project.is_on() {
+            return Err(Failure::usage("--project is for longitudes and latitudes: a picture has pixels"));
+        }
+        Ok(Source::Picture(source::picture(&self.file)?, self.detection.options()))
     }
 
     fn progress(&self) -> ProgressBar {
@@ -159,67 +244,23 @@ impl Compute {
         let template = "{spinner} {msg:24} {wide_bar} {bytes}/{total_bytes} {elapsed}";
         progress::bar(length, template).with_message("reading points")
     }
-
-    fn compute(&self, progress: &ProgressBar, input_errors: &mut InputErrors) -> Result<(Arc<Frame>, u64), Failure> {
-        let mut pipeline = Pipeline::new(Options { resolution: self.resolution, ..Options::default() });
-        feed(self.source(), &mut pipeline, input_errors, progress)?;
-        progress.set_message("computing the skeleton");
-        progress.enable_steady_tick(progress::TICK);
-        let points = pipeline.point_count();
-        pipeline.commit(None);
-        let frame = pipeline.poll_frame().context("the frame was taken before it was polled")?;
-        std::mem::forget(pipeline);
-        Ok((frame, points))
-    }
-
-    fn source(&self) -> RunSource {
-        RunSource {
-            file: self.file.clone(),
-            format: match self.input {
-                Input::Auto => None,
-                Input::Text => Some(Format::Text),
-                Input::Jsonl => Some(Format::JsonLines),
-            },
-            columns: self.columns.clone().unwrap_or_default(),
-            resolution: self.resolution,
-        }
-    }
-
-    fn write(&self, answer: &Answer, stdout: Option<File>, output: Option<&Path>) -> Result<(), Failure> {
-        if let Some(stdout) = stdout {
-            let mut sink = files::buffered(stdout);
-            self.format.write(answer, &mut sink).context(files::CANNOT_WRITE_TO_STDOUT)?;
-        }
-        if let Some(path) = output {
-            let file = files::create(path)?;
-            let written = self.format.write(answer, &mut files::buffered(&file));
-            written.and_then(|()| file.finish()).with_context(|| files::cannot_write(path))?;
-        }
-        Ok(())
-    }
 }
 
-/// Reads all points into a pipeline. If they cannot be taken, the reading thread ends at its next
-/// point, and is not waited for.
-fn feed(
-    source: RunSource,
-    pipeline: &mut Pipeline,
-    input_errors: &mut InputErrors,
-    progress: &ProgressBar,
+/// Writes to stdout, or into a file that takes its place when it is whole.
+fn write(
+    stdout: Option<File>,
+    output: Option<&Path>,
+    write: impl Fn(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), Failure> {
-    let (sender, receiver) = sync_channel(WAITING);
-    let progress = progress.clone();
-    let read = move || source.read(&mut |found| sender.send(found).is_ok(), &|bytes| progress.set_position(bytes));
-    let reading = thread::Builder::new().name("reader".to_owned()).spawn(read);
-    let reading = reading.context("cannot start the reader's thread")?;
-    for found in receiver {
-        match found {
-            Found::Bad(reason) => input_errors.add(&reason)?,
-            Found::More(points) => pipeline.reserve(points),
-            Found::Run(run) => run.feed(pipeline).try_for_each(|refused| input_errors.add(&refused))?,
-        }
+    if let Some(stdout) = stdout {
+        write(&mut files::buffered(stdout)).context(files::CANNOT_WRITE_TO_STDOUT)?;
     }
-    Ok(reading.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?)
+    if let Some(path) = output {
+        let file = files::create(path)?;
+        let written = write(&mut files::buffered(&file));
+        written.and_then(|()| file.finish()).with_context(|| files::cannot_write(path))?;
+    }
+    Ok(())
 }
 
 fn simplified(frame: &Frame, view: &View, threshold: Threshold) -> (f64, Simplified) {

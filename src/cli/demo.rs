@@ -22,7 +22,7 @@ use anyhow::Context;
 use clap::Args;
 use hopes::scene::Kind;
 
-use super::args::{host_and_port, rate, scene};
+use super::args::{from_one, host_and_port, rate, scene};
 use super::{Failure, files};
 use crate::daemon::{Address, ListenError, Stop};
 use crate::view::{Page, PageAddress};
@@ -47,7 +47,7 @@ pub struct Demo {
     #[arg(long, conflicts_with = "scene")]
     video: bool,
     /// End after so many frames [default: go on until Ctrl-C].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = from_one)]
     frames: Option<u64>,
     /// So many frames a second [default: 30; of the film 5].
     #[arg(long, value_name = "FPS", value_parser = rate)]
@@ -84,7 +84,7 @@ impl Demo {
     fn page(&self) -> Result<Page, ListenError> {
         let bind = |address: &str| {
             let (address, allow_remote) = (address.to_owned(), self.allow_remote);
-            Page::bind(PageAddress { address, names: Vec::new(), allow_remote })
+            Page::bind(PageAddress { address, allow_remote, ..PageAddress::default() })
         };
         match &self.address {
             Some(address) => bind(address),

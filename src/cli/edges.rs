@@ -13,10 +13,10 @@ use std::sync::mpsc::sync_channel;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use hopes::edges::{Detector, Options};
+use hopes::edges::Detector;
 use indicatif::ProgressBar;
 
-use super::args::{name, number, rate, window};
+use super::args::{DetectionArgs, Place, USUAL, name, rate, window};
 use super::{Failure, files, progress};
 use crate::client::delivery::{Delivery, Terms};
 use crate::client::pace::Pace;
@@ -30,18 +30,19 @@ use finding::{WAITING, forward, next, start, wait_for};
 /// Find the edges of pictures and video, as points.
 ///
 /// Edges are those of OpenCV's Canny (aperture 3, L1 norm), pixel by pixel, on gray levels from 0 to 255, so published
-/// thresholds mean the same. Each picture or frame is a frame of points, x to the right and y down. Event times are
+/// thresholds mean the same. Each picture or frame is a frame of points, x to the right and y up from the
+/// bottom row. Event times are
 /// frame number / rate. Pictures and frames that cannot be used are named, counted and passed over; 2^26 pixels are the
 /// most.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  hopes edges photo.jpg > edges.csv
+  hopes edges photo.jpg -o edges.csv
   hopes edges frames/ --rate 25 --format jsonl | hopes serve --input jsonl --window frames:1
-  hopes edges frames/ --rate 25 --y-up --to unix:/tmp/hopes.sock --stream pictures
-  ffmpeg -loglevel error -i /dev/video0 -f yuv4mpegpipe -strict -1 - |
+  hopes edges frames/ --rate 25 --to unix:/tmp/hopes.sock --stream pictures
+  ffmpeg -loglevel error -f v4l2 -i /dev/video0 -pix_fmt gray -f yuv4mpegpipe - |
     hopes edges - | hopes serve --window frames:1
   ffmpeg -loglevel error -i film.mp4 -f yuv4mpegpipe - |
-    hopes edges - --y-up --to unix:/tmp/hopes.sock --stream film
+    hopes edges - --to unix:/tmp/hopes.sock --stream film
   ffmpeg -loglevel error -i film.mp4 -pix_fmt gray -f rawvideo - |
     hopes edges - --size 1280x720 --rate 25")]
 pub struct Edges {
@@ -65,42 +66,30 @@ pub struct Edges {
     /// Stop at the first picture or frame that cannot be used (exit code 3).
     #[arg(long)]
     strict: bool,
-    /// Gradients above LOW continue an edge.
-    #[arg(long, value_name = "LOW", default_value = "150", value_parser = threshold, help_heading = "Detection")]
-    low: f64,
-    /// Gradients above LOW times RATIO begin an edge.
-    #[arg(long, value_name = "RATIO", default_value = "3", value_parser = ratio, help_heading = "Detection")]
-    ratio: f64,
-    /// Gradients above HIGH begin an edge.
-    #[arg(
-        long,
-        value_name = "HIGH",
-        value_parser = threshold,
-        conflicts_with = "ratio",
-        help_heading = "Detection"
-    )]
-    high: Option<f64>,
-    /// Blur before, by a Gaussian of this standard deviation in pixels, as OpenCV's GaussianBlur does.
-    #[arg(long, value_name = "SIGMA", value_parser = sigma, help_heading = "Detection")]
-    blur: Option<f64>,
-    /// Count y from the bottom row upwards.
+    #[command(flatten)]
+    detection: DetectionArgs,
+    /// Count y from the top row downwards, as in OpenCV's arrays; pictures of points are then upside down.
     #[arg(long, help_heading = "Output")]
+    y_down: bool,
+    /// Count y from the bottom row upwards: what happens anyway.
+    #[arg(long, hide = true, conflicts_with = "y_down")]
     y_up: bool,
     /// At most so many frames a second; pictures, and video that does not say its rate, get event times by it.
     #[arg(long, value_name = "FPS", value_parser = rate, help_heading = "Output")]
     rate: Option<f64>,
-    /// How points are written.
-    #[arg(long, value_enum, default_value_t, conflicts_with = "to", help_heading = "Output")]
-    format: PointForm,
+    /// How points are written [default: as the suffix of --output says, else text].
+    #[arg(long, value_enum, conflicts_with = "to", help_heading = "Output")]
+    format: Option<PointForm>,
     /// Where to write points; - for stdout [default: -].
     ///
-    /// A file that is there is replaced at the end, as a whole, or not at all. Only with stdin as the input, which may
-    /// go on for ever, it grows frame by frame.
+    /// Its suffix chooses the format: .csv or .txt, .jsonl, .hopes. A file that is there is replaced at the end, as a
+    /// whole, or not at all. Only with stdin as the input, which may go on for ever, it grows frame by frame.
     #[arg(short, long, value_name = "FILE", conflicts_with = "to", help_heading = "Output")]
     output: Option<PathBuf>,
-    /// Send points to a daemon instead: unix:PATH or tcp:HOST:PORT.
-    #[arg(long, value_name = "ADDRESS", help_heading = "Output")]
-    to: Option<Address>,
+    /// Send points to a daemon instead: unix:PATH or tcp:HOST:PORT [without an address: to $HOPES_ADDRESS, else to your
+    /// own socket].
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = USUAL, help_heading = "Output")]
+    to: Option<Place>,
     /// Name of the stream; it is created if it is not there.
     #[arg(
         long,
@@ -139,11 +128,11 @@ impl Edges {
         let finder = self.finder()?;
         let progress = self.progress(&inputs);
         match (&self.to, self.output.as_deref()) {
-            (Some(to), _) => self.send(to, finder, inputs, &progress),
+            (Some(to), _) => self.send(&to.address()?, finder, inputs, &progress),
             (None, Some(path)) if !files::is_pipe(path) => {
                 self.write_file(finder, inputs, &progress, path, &path.display().to_string())
             }
-            (None, _) => self.write(finder, inputs, &progress, files::stdout()?, "stdout"),
+            (None, _) => self.write(finder, inputs, &progress, files::point_stdout(self.form()?)?, "stdout"),
         }
     }
 
@@ -164,33 +153,36 @@ impl Edges {
         Ok(file.finish().with_context(|| files::cannot_write(path))?)
     }
 
+    fn form(&self) -> Result<PointForm, Failure> {
+        files::point_form(self.format, self.output.as_deref())
+    }
+
     fn reads_stdin(&self) -> bool {
         self.inputs.iter().any(|name| name == Path::new(STDIN))
     }
 
     fn check(&self) -> Result<(), Failure> {
         if self.inputs.iter().filter(|name| *name == Path::new(STDIN)).count() > 1 {
-            return Err(Failure::Usage("stdin cannot be read twice: name - once"));
+            return Err(Failure::usage("stdin cannot be read twice: name - once"));
         }
         match (self.input, self.size) {
-            (Some(InputForm::Gray), None) => Err(Failure::Usage("--input gray needs the size of frames: --size WxH")),
+            (Some(InputForm::Gray), None) => Err(Failure::usage("--input gray needs the size of frames: --size WxH")),
             (Some(InputForm::Images | InputForm::Y4m), Some(_)) => {
-                Err(Failure::Usage("--size is for bare gray frames: pictures and YUV4MPEG2 say their size themselves"))
+                Err(Failure::usage("--size is for bare gray frames: pictures and YUV4MPEG2 say their size themselves"))
             }
             _ => Ok(()),
         }
     }
 
     fn finder(&self) -> anyhow::Result<Finder> {
-        let high = self.high.unwrap_or(self.low * self.ratio);
         let range = self.range.map(|range| match range {
             RangeArg::Full => Range::Full,
             RangeArg::Limited => Range::Limited,
         });
         Ok(Finder {
-            detector: Detector::new(Options { low: self.low, high, blur: self.blur })?,
+            detector: Detector::new(self.detection.options())?,
             part: self.roi.map(|Part(part)| part),
-            y_up: self.y_up,
+            y_up: !self.y_down,
             rate: self.rate,
             input: self.input,
             size: self.size,
@@ -241,7 +233,7 @@ impl Edges {
         let unwritten = || format!("cannot write to {sink_name}");
         let mut stop = Stop::listen().context("cannot listen to signals")?;
         let mut input_errors = InputErrors::new(self.strict);
-        let mut writer = PointWriter::new(self.format, files::buffered(sink));
+        let mut writer = PointWriter::new(self.form()?, files::buffered(sink));
         let mut pace = self.rate.map(Pace::new);
         let mut frames = 0_u64;
         let (sender, results) = sync_channel(WAITING);
@@ -271,25 +263,6 @@ impl Edges {
         tracing::info!("{frames} frames, {} refused", input_errors.count());
         Ok(())
     }
-}
-
-fn ratio(word: &str) -> Result<f64, String> {
-    match number(word)? {
-        ratio if ratio >= 1.0 => Ok(ratio),
-        ratio => Err(format!("{ratio} is no ratio of the high threshold to the low one: it must be 1 or more")),
-    }
-}
-
-fn threshold(word: &str) -> Result<f64, String> {
-    checked(number(word)?, |low| Options { low, ..Options::default() })
-}
-
-fn sigma(word: &str) -> Result<f64, String> {
-    checked(number(word)?, |sigma| Options { blur: Some(sigma), ..Options::default() })
-}
-
-fn checked(value: f64, options: impl Fn(f64) -> Options) -> Result<f64, String> {
-    options(value).check().map_err(|error| error.to_string()).map(|()| value)
 }
 
 fn part(word: &str) -> Result<Part, String> {

@@ -4,6 +4,8 @@
 //! Out: one of three kinds, each with an exit code of its own.
 //! Must not know: exit codes.
 
+use std::borrow::Cow;
+
 use crate::client::delivery::DeliveryError;
 use crate::daemon::{DaemonError, StrictStop};
 
@@ -11,7 +13,7 @@ use crate::daemon::{DaemonError, StrictStop};
 #[derive(Debug)]
 pub enum Failure {
     /// Arguments that do not go together.
-    Usage(&'static str),
+    Usage(Cow<'static, str>),
     /// `--strict` met something that cannot be used.
     Refused(String),
     /// Something else failed.
@@ -29,6 +31,11 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
 }
 
 impl Failure {
+    /// Arguments that do not go together, and why.
+    pub fn usage(reason: impl Into<Cow<'static, str>>) -> Self {
+        Self::Usage(reason.into())
+    }
+
     /// As said of a file, or of another thing of that name.
     pub fn of(self, name: &str) -> Self {
         match self {

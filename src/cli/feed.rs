@@ -14,11 +14,11 @@ use std::thread;
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 
-use super::args::{To, name, rate, resolution, window};
+use super::args::{ChosenColumns, ProjectArgs, To, from_one, name, rate, resolution, window};
 use super::{Failure, files, progress};
 use crate::client::delivery::{Delivery, Terms};
 use crate::daemon::Input;
-use crate::formats::input::{Columns, Format};
+use crate::formats::input::Format;
 use crate::formats::points::{Form, Origin, PointSource};
 
 /// Send points to a stream of a daemon.
@@ -30,6 +30,7 @@ use crate::formats::points::{Form, Origin, PointSource};
 /// dropped and not answered. Answers that have not come five seconds after the signal are a failure (exit code 1).
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
+  hopes feed edges.jsonl --input jsonl --stream camera
   sensor | hopes feed - --to unix:/tmp/hopes.sock --stream sensor --window points:10000
   hopes feed edges.jsonl --input jsonl --to tcp:127.0.0.1:7878 --stream camera --rate 25 --loop
   hopes feed points.hopes --input bin --to unix:/tmp/hopes.sock --stream scene")]
@@ -55,7 +56,9 @@ pub struct Feed {
     /// Columns of a table, by number from 1 or by name in the header; a third one is the event time [default: what the
     /// header calls x and y, or lon and lat, and if the stream's window is time:T also t or time; else 1,2].
     #[arg(long, value_name = "X,Y[,T]")]
-    columns: Option<Columns>,
+    columns: Option<ChosenColumns>,
+    #[command(flatten)]
+    project: ProjectArgs,
     /// Close at most so many frames a second.
     #[arg(long, value_name = "FPS", value_parser = rate)]
     rate: Option<f64>,
@@ -63,7 +66,7 @@ pub struct Feed {
     #[arg(long = "loop")]
     loops: bool,
     /// Close a frame after so many points were sent.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = from_one)]
     frame_points: Option<u64>,
     /// Stop at the first line or point that cannot be used (exit code 3).
     #[arg(long)]
@@ -90,12 +93,13 @@ impl Feed {
     pub fn run(self) -> Result<(), Failure> {
         let is_stdin = files::is_pipe(&self.file);
         if self.loops && is_stdin {
-            return Err(Failure::Usage("--loop needs a file: stdin cannot be read twice"));
+            return Err(Failure::usage("--loop needs a file: stdin cannot be read twice"));
         }
         // A mistyped name must not create a stream.
         files::open(&self.file)?;
+        let to = self.to.address()?;
         let delivery = Delivery {
-            to: &self.to.to,
+            to: &to,
             stream: &self.stream,
             window: self.window,
             window_if_new: None,
@@ -114,9 +118,15 @@ impl Feed {
     fn read(&self, terms: Terms, progress: &ProgressBar) -> io::Result<Receiver<Input>> {
         let source = self.source(terms);
         let (sender, inputs) = sync_channel(WAITING);
+        let mut projector = self.project.projector();
         let progress = progress.clone();
         let read = move || {
-            let read = source.read(&mut |input| sender.send(input).is_ok(), &|bytes| progress.set_position(bytes));
+            let mut send = |input| sender.send(input).is_ok();
+            let mut send = |input| match &mut projector {
+                Some(projector) => projector.send(input, &mut send),
+                None => send(input),
+            };
+            let read = source.read(&mut send, &|bytes| progress.set_position(bytes));
             if let Err(error) = read {
                 // A delivery that has ended does not need the reason.
                 drop(sender.send(Input::Failed(format!("{:#}", anyhow::Error::from(error)))));
@@ -127,7 +137,7 @@ impl Feed {
     }
 
     fn source(&self, Terms { batch, wants_times }: Terms) -> PointSource {
-        let columns = self.columns.clone().unwrap_or_default().with_times(wants_times);
+        let columns = self.project.columns(self.columns.as_ref()).with_times(wants_times);
         PointSource {
             origin: if files::is_pipe(&self.file) { Origin::Stdin } else { Origin::File(self.file.clone()) },
             form: match self.input {
@@ -140,6 +150,7 @@ impl Feed {
             closes_last: true,
             loops: self.loops,
             batch,
+            is_projected: self.project.is_on(),
         }
     }
 

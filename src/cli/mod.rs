@@ -16,6 +16,7 @@ mod failure;
 mod feed;
 mod files;
 mod following;
+mod manual;
 mod progress;
 mod record;
 mod replay;
@@ -27,7 +28,7 @@ mod watch;
 use std::io::{IsTerminal, Write};
 
 use anyhow::Context;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use tracing::Level;
 
 pub use failure::Failure;
@@ -42,10 +43,13 @@ pub use failure::Failure;
     max_term_width = 100,
     after_help = "Examples:
   hopes demo --frames 60
-  hopes compute points.csv --format svg -o points.svg
+  hopes compute points.csv -o points.svg
 
 Exit codes: 0 done (also after a closed pipe or a first Ctrl-C), 1 failed, 2 wrong usage, 3 refused
-under --strict. Stdout carries data, stderr carries logs."
+under --strict. Stdout carries data, stderr carries logs.
+
+Where no address is given, clients connect to $HOPES_ADDRESS (unix:PATH or tcp:HOST:PORT), else to
+your own socket, where serve --listen without an address listens."
 )]
 pub struct Cli {
     /// Log more; twice: everything.
@@ -73,6 +77,34 @@ enum Command {
     Tracks(tracks::Tracks),
     Scene(scene::Play),
     Edges(edges::Edges),
+    Completions(manual::completions::Completions),
+    #[command(name = "man")]
+    Manual(manual::man::Manual),
+}
+
+/// Names of values that are numbers, perhaps with an exponent or a unit: what begins with a minus is one all the same.
+const NUMBERS: [&str; 17] = [
+    "K", "L", "N", "S", "D", "E", "C", "X", "ALPHA", "BYTES", "DELTA", "DURATION", "FPS", "HIGH", "LOW", "SIGMA",
+    "STEP",
+];
+
+/// All commands, with their options.
+fn command() -> clap::Command {
+    // A value that begins with a minus is a value, so that the option can say what it may be.
+    let with_negative = |arg: clap::Arg| {
+        let takes_value = arg.get_action().takes_values() && !arg.is_positional();
+        let is_number =
+            arg.get_value_names().is_some_and(|names| names.iter().any(|name| NUMBERS.contains(&name.as_str())));
+        arg.allow_negative_numbers(takes_value).allow_hyphen_values(takes_value && is_number)
+    };
+    Cli::command().mut_subcommands(|command| command.mut_args(with_negative))
+}
+
+/// Parses the command line.
+pub fn parse() -> Result<Cli, clap::Error> {
+    let mut command = command();
+    let mut matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    Cli::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut command))
 }
 
 /// Writes what was asked of the arguments themselves: help, or the version.
@@ -115,6 +147,8 @@ impl Cli {
             Command::Tracks(tracks) => tracks.run(),
             Command::Scene(play) => play.run(),
             Command::Edges(edges) => edges.run(),
+            Command::Completions(completions) => completions.run(command()),
+            Command::Manual(manual) => manual.run(command()),
         }
     }
 }

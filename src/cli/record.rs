@@ -26,6 +26,7 @@ use crate::formats::messages::{MessageForm, MessageWriter};
 /// by its missing end.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
+  hopes record --stream camera --frames 20 -o camera1.hopes
   hopes record --from unix:/tmp/hopes.sock --stream camera -o camera2.hopes
   hopes record --from tcp:127.0.0.1:7878 --stream camera --frames 20 -o - | hopes replay - --fast")]
 pub struct Record {
@@ -44,7 +45,7 @@ impl Record {
         let Self { output, wanted } = self;
         let wanted = wanted.subscription()?;
         if files::is_pipe(&output) {
-            return record(&wanted, &output, files::stdout()?, false);
+            return record(&wanted, &output, files::message_stdout(MessageForm::Bin)?, false);
         }
         let file = files::grow(&output)?;
         let has_old = file.has_old();

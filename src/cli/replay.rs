@@ -67,7 +67,7 @@ impl Replay {
         let source = files::open(&self.file)?;
         let mut playing = Playing {
             read: read(source)?,
-            writer: MessageWriter::new(self.output, files::buffered(files::stdout()?)),
+            writer: MessageWriter::new(self.output, files::buffered(files::message_stdout(self.output)?)),
             mirrors: Mirrors::default(),
             stop: Stop::listen().context("cannot listen to signals")?,
             speed: (!self.fast).then_some(self.speed),

@@ -13,7 +13,7 @@ use anyhow::Context;
 use clap::{Args, ValueEnum};
 use hopes::scene::{Kind, OptionError, Options, Scene};
 
-use super::args::{number, scene};
+use super::args::{from_one, number, scene, whole};
 use super::files::NewFile;
 use super::{Failure, files};
 use crate::daemon::Stop;
@@ -33,7 +33,7 @@ use crate::formats::scene::{ScenePoints, Truth};
   hopes scene pinch --frames 60 --truth pinch.truth | hopes serve --window frames:1
   hopes scene pinch --frames 60 | hopes serve --window frames:1 --track above:0.28 | hopes tracks -
   hopes scene crowd --format jsonl --churn 0.02 --frames 30 | hopes serve --input jsonl
-  hopes scene drift --format bin --frames 60 -o drift.points"
+  hopes scene drift --frames 60 -o drift.hopes"
 )]
 pub struct Play {
     /// The scene; --list lists all.
@@ -43,10 +43,10 @@ pub struct Play {
     #[arg(long, exclusive = true)]
     list: bool,
     /// How many frames, 30 to a second of event time.
-    #[arg(long, value_name = "N", default_value = "600", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", default_value = "600", value_parser = from_one)]
     frames: u64,
     /// Of all that is random.
-    #[arg(long, value_name = "S", default_value = "1")]
+    #[arg(long, value_name = "S", default_value = "1", value_parser = whole)]
     seed: u64,
     /// How dense: so many points to a length of the hole's radius, along its wall.
     #[arg(long, value_name = "D", default_value = "16", value_parser = points_per_radius)]
@@ -66,21 +66,21 @@ pub struct Play {
     /// in the first line).
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
-    /// How the points are written.
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    /// How the points are written [default: as the suffix of --output says, else text].
+    #[arg(long, value_enum)]
+    format: Option<Format>,
     /// Where to write the points; - for stdout [default: -].
     ///
-    /// A file that is there is replaced at the end, as a whole, or not at all; so is that of --truth.
+    /// Its suffix chooses the format: .csv or .txt, .jsonl, .hopes. A file that is there is replaced at the end, as a
+    /// whole, or not at all; so is that of --truth.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
 /// How points are written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Format {
     /// All points of each frame, x,y a line, then a blank line: for windows of frames:1.
-    #[default]
     Text,
     /// What changes from frame to frame, as JSON lines: retract, points, commit.
     Jsonl,
@@ -115,18 +115,24 @@ impl Play {
                 self.play(kind, &mut scene, truth, files::buffered(&file), &path.display().to_string())?;
                 finish(path, file)?;
             }
-            None => self.play(kind, &mut scene, truth, files::buffered(files::stdout()?), "stdout")?,
+            None => {
+                self.play(kind, &mut scene, truth, files::buffered(files::point_stdout(self.form()?)?), "stdout")?
+            }
         }
         Ok(truth_file.map_or(Ok(()), |(path, file)| finish(path, file))?)
+    }
+
+    fn form(&self) -> Result<PointForm, Failure> {
+        files::point_form(self.format.map(PointForm::from), self.output.as_deref())
     }
 
     fn check(&self, output: Option<&Path>) -> Result<(), Failure> {
         match self.truth.as_deref() {
             Some(truth) if files::is_pipe(truth) => {
-                Err(Failure::Usage("--truth needs a file of its own: stdout carries the points"))
+                Err(Failure::usage("--truth needs a file of its own: stdout carries the points"))
             }
             Some(truth) if Some(truth) == output => {
-                Err(Failure::Usage("--truth and --output name the same file: give each its own"))
+                Err(Failure::usage("--truth and --output name the same file: give each its own"))
             }
             _ => Ok(()),
         }
@@ -144,13 +150,13 @@ impl Play {
         mut truth: Option<(&Path, Truth<impl Write>)>,
         sink: impl Write,
         sink_name: &str,
-    ) -> anyhow::Result<()> {
+    ) -> Result<(), Failure> {
         let mut stop = Stop::listen().context("cannot listen to signals")?;
         let unwritten = || format!("cannot write to {sink_name}");
         if let Some((path, truth)) = &mut truth {
             truth.header(kind, &self.options(), self.frames, scene).with_context(|| files::cannot_write(path))?;
         }
-        let mut points = ScenePoints::new(self.format.into(), sink);
+        let mut points = ScenePoints::new(self.form()?, sink);
         for number in 1..=self.frames {
             if let Some(signal) = stop.asked() {
                 tracing::info!("{signal}: stopped after {} frames", number - 1);
@@ -165,7 +171,7 @@ impl Play {
         if let Some((path, truth)) = truth {
             truth.finish().with_context(|| files::cannot_write(path))?;
         }
-        points.finish().with_context(unwritten)
+        Ok(points.finish().with_context(unwritten)?)
     }
 }
 

@@ -14,7 +14,10 @@ use clap::{ArgGroup, Args, ValueEnum};
 use hopes::topology::Options;
 use hopes_protocol::{Simplify, View};
 
-use super::args::{PLACES, SocketArgs, TrackArgs, ViewArgs, duration, host_and_port, resolution, window};
+use super::args::{
+    ChosenColumns, PLACES, Place, ProjectArgs, SocketArgs, TrackArgs, ViewArgs, duration, from_one, host_and_port,
+    host_name, many, origin, resolution, window,
+};
 use super::{Failure, files};
 use crate::daemon::{self, BATCH, Feed, Input, OutputFrame, Settings, Sink, Source, Stop, StreamSettings};
 use crate::formats::frame_writer::{FrameForm, FrameWriter};
@@ -37,20 +40,24 @@ pub struct Serve {
     /// Columns of a table, by number from 1 or by name in the header; a third one is the event time [default: what the
     /// header calls x and y, or lon and lat, and with --window time:T also t or time; else 1,2].
     #[arg(long, value_name = "X,Y[,T]")]
-    columns: Option<Columns>,
+    columns: Option<ChosenColumns>,
+    #[command(flatten)]
+    project: ProjectArgs,
     /// Which points stay: all, points:N, frames:N or time:T.
     ///
     /// all: until they are retracted. points:N: the last N. frames:N: those of the last N frames; with N = 1 every
     /// frame replaces the cloud. time:T: those not older than the newest event time by more than T, a number or, where
-    /// event times are seconds, such as 30s, 500ms or 2h. A point without a time counts as of the newest time known;
-    /// one that is too old is refused.
+    /// event times are seconds, such as 30s, 500ms or 2h; one that is too old is refused. A point without a time is of
+    /// the time of the commit that closes its frame, else of the newest time known. A clock that jumps ahead by more
+    /// than T, or back, is believed once another producer confirms it, or its own producer over a commit and 16 points;
+    /// until then its points are refused, and nobody else's. Then the window starts anew.
     #[arg(long, value_name = "WINDOW", default_value = "all", value_parser = window)]
     window: hopes::topology::Window,
     /// Snap positions to a grid of this step.
     #[arg(long, value_name = "STEP", value_parser = resolution)]
     resolution: Option<f64>,
     /// Close a frame after so many points.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = from_one)]
     frame_points: Option<u64>,
     /// Close a frame every so often, such as 100ms.
     #[arg(long, value_name = "DURATION", value_parser = duration)]
@@ -66,7 +73,7 @@ pub struct Serve {
     /// Reduce tiles on so many threads [default: one for each processor].
     ///
     /// The output is the same, byte for byte, on any number of threads.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = many)]
     threads: Option<NonZeroUsize>,
     /// Recompute every frame from scratch and compare; stop at a difference (exit code 1). Slow.
     #[arg(long)]
@@ -85,7 +92,7 @@ pub struct Serve {
 }
 
 /// Where the live page is.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Live page")]
 struct PageArgs {
     /// Show all streams on a page at this address, for browsers; also /metrics, /healthz and /api/streams.
@@ -94,17 +101,27 @@ struct PageArgs {
     /// stdout is written only if --output is given; and the daemon runs until a signal comes.
     #[arg(long = "view", value_name = "HOST:PORT", group = PLACES, value_parser = host_and_port)]
     address: Option<String>,
-    /// A name by which browsers of other machines may ask for the page, besides its addresses. May be repeated.
-    #[arg(long = "view-host", value_name = "NAME", requires = "address", requires = "allow_remote")]
-    names: Vec<String>,
+    /// A name by which browsers may ask for the page, besides its addresses. May be repeated.
+    ///
+    /// Requests by any other name are refused. It opens nothing to other machines: that is --allow-remote.
+    #[arg(long = "view-host", value_name = "NAME", requires = "address", value_parser = host_name)]
+    hosts: Vec<String>,
+    /// Where a proxy on this machine shows the page, such as https://example.org. May be repeated.
+    ///
+    /// The page may then be anywhere below it. Its host is also a --view-host. Requests of pages of any other origin
+    /// are refused.
+    #[arg(long = "view-origin", value_name = "ORIGIN", requires = "address", value_parser = origin)]
+    origins: Vec<String>,
 }
 
 const EXAMPLES: &str = "Examples:
   sensor | hopes serve --window points:10000 --frame-points 1000
   camera-edges | hopes serve --input jsonl --window frames:1 | jq -c '[.frame, .view.cycles]'
   camera-edges | hopes serve --input jsonl --window frames:1 --track view | jq -c .tracks
-  tail -f log.csv | hopes serve --columns lon,lat,unix --window time:60 --frame-every 100ms
+  tail -n +1 -f log.csv |
+    hopes serve --columns lon,lat,unix --project --window time:60 --frame-every 100ms
   camera-edges | hopes serve --input jsonl --window frames:1 --track view --view 127.0.0.1:8080
+  hopes serve --listen --stream cam:window=frames:1        for clients without an address
   hopes serve --listen unix:/tmp/hopes.sock --stream cam:window=frames:1 --track top:20";
 
 const BEHAVIOUR: &str = "\
@@ -171,27 +188,33 @@ impl Serve {
             files::check_stdin()?;
         }
         let sink = output.map(|output| self.sink(output)).transpose()?;
-        let wants_time = matches!(self.window, hopes::topology::Window::Time(_));
-        let columns = self.columns.clone().unwrap_or_default().with_times(wants_time);
-        let source = input.map(|input| -> Source { Box::new(move |feed| read_stdin(input, columns, feed)) });
+        let source = input.map(|input| self.source(input));
         let allow_remote = self.sockets.allow_remote;
-        let PageArgs { address, names } = &self.page;
-        let place = |address: &String| PageAddress { address: address.clone(), names: names.clone(), allow_remote };
-        let page = address.as_ref().map(|address| Page::bind(place(address))).transpose()?;
+        let PageArgs { address, hosts, origins } = self.page.clone();
+        let page =
+            address.map(|address| Page::bind(PageAddress { address, hosts, origins, allow_remote })).transpose()?;
         let stop = Stop::listen().context("cannot listen to signals")?;
-        Ok(daemon::run(self.settings(), source, sink, page.map(Page::http), &stop)?)
+        Ok(daemon::run(self.settings()?, source, sink, page.map(Page::http), &stop)?)
+    }
+
+    fn source(&self, input: InputFormat) -> Source {
+        let wants_times = matches!(self.window, hopes::topology::Window::Time(_));
+        let columns = self.project.columns(self.columns.as_ref()).with_times(wants_times);
+        let project = self.project;
+        Box::new(move |feed| read_stdin(input, columns, project, feed))
     }
 
     fn sink(&self, output: OutputFormat) -> Result<Box<dyn Sink>, Failure> {
-        let form = match output {
-            OutputFormat::Jsonl => FrameForm::Lines,
-            OutputFormat::Bin => FrameForm::Binary,
+        let (form, stdout) = match output {
+            OutputFormat::Jsonl => (FrameForm::Lines, files::stdout()?),
+            OutputFormat::Bin => (FrameForm::Binary, files::binary_stdout("a recording", "--output jsonl")?),
         };
-        Ok(Box::new(Frames(FrameWriter::new(form, self.track_list, files::stdout()?))))
+        Ok(Box::new(Frames(FrameWriter::new(form, self.track_list, stdout))))
     }
 
-    fn settings(self) -> Settings {
-        Settings {
+    fn settings(self) -> Result<Settings, Failure> {
+        let listen = self.sockets.listen.iter().map(Place::address).collect::<Result<_, _>>()?;
+        Ok(Settings {
             default_stream: StreamSettings {
                 options: Options { window: self.window, resolution: self.resolution },
                 frame_points: self.frame_points,
@@ -204,10 +227,10 @@ impl Serve {
             threads: self.threads,
             overload: self.sockets.overload.into(),
             limits: self.sockets.limits(),
-            listen: self.sockets.listen,
+            listen,
             allow_remote: self.sockets.allow_remote,
             streams: self.sockets.stream,
-        }
+        })
     }
 }
 
@@ -229,7 +252,7 @@ impl Sink for Frames {
     }
 }
 
-fn read_stdin(input: InputFormat, columns: Columns, feed: &Feed) {
+fn read_stdin(input: InputFormat, columns: Columns, project: ProjectArgs, feed: &Feed) {
     let form = match input {
         InputFormat::Auto => Form::Lines(None, columns),
         InputFormat::Text => Form::Lines(Some(Format::Text), columns),
@@ -237,8 +260,15 @@ fn read_stdin(input: InputFormat, columns: Columns, feed: &Feed) {
         InputFormat::Bin => Form::Binary,
     };
     let origin = Origin::Stdin;
-    let stdin = PointSource { origin, form, frame_points: None, closes_last: false, loops: false, batch: BATCH };
-    if let Err(error) = stdin.read(&mut |input| feed.send(input), &|_| ()) {
+    let is_projected = project.is_on();
+    let stdin =
+        PointSource { origin, form, frame_points: None, closes_last: false, loops: false, batch: BATCH, is_projected };
+    let mut projector = project.projector();
+    let mut send = |input| match &mut projector {
+        Some(projector) => projector.send(input, &mut |input| feed.send(input)),
+        None => feed.send(input),
+    };
+    if let Err(error) = stdin.read(&mut send, &|_| ()) {
         feed.send(Input::Failed(format!("{:#}", anyhow::Error::from(error))));
     }
 }

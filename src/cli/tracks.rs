@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, anyhow};
 use clap::Args;
 
+use super::args::within;
 use super::files::NewFile;
 use super::{Failure, files};
 use crate::daemon::{InputErrors, Stop};
@@ -52,7 +53,7 @@ pub struct Tracks {
         value_name = "N",
         default_value = "100",
         requires = "svg",
-        value_parser = clap::value_parser!(u32).range(1..=10_000)
+        value_parser = within::<1, 10_000>
     )]
     most: u32,
     /// Draw over frames, or over their times.
@@ -67,7 +68,8 @@ const EXAMPLES: &str = "Examples:
   hopes serve --window frames:1 --track view < points.txt > tracked.jsonl
   hopes tracks frames.jsonl                                a line a track
   hopes tracks frames.jsonl --svg lives.svg --most 30      and a picture of the 30 most persistent
-  produce | hopes serve --track top:5 | hopes tracks - --format csv > tracks.csv";
+  camera-edges | hopes serve --input jsonl --window frames:1 --track top:5 |
+    hopes tracks - --format csv > tracks.csv";
 
 const FACTS: &str = "\
 A track that was there before the first line has begun \"before\". Without --track-list the peak is
@@ -97,6 +99,13 @@ impl Tracks {
         input_errors.sum_up();
         if frames == 0 && input_errors.count() > 0 {
             return Err(anyhow!("{name} has no frame: this must be what hopes serve --track has written").into());
+        }
+        if frames > 0 && lives.all().next().is_none() {
+            tracing::warn!(
+                "{name} has no track in {frames} {}: a track begins once its dot was selected in --track-confirm frames \
+                 on end, which are 2 if serve is not told otherwise; for a single frame: hopes serve --track-confirm 1",
+                if frames == 1 { "frame" } else { "frames" }
+            );
         }
         if let Some((path, file)) = picture {
             self.draw(&lives, file).with_context(|| files::cannot_write(path))?;

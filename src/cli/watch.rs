@@ -22,7 +22,8 @@ use crate::formats::messages::{MessageForm, MessageWriter};
 /// Ctrl-C, or after --frames.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  hopes watch --from unix:/tmp/hopes.sock                          the stream default, for people
+  hopes watch                                                      the stream default
+  hopes watch --from unix:/tmp/hopes.sock                          of the one at this address
   hopes watch --from tcp:127.0.0.1:7878 --stream 'cam*' --dots 3   all whose names begin with cam
   hopes watch --from unix:/tmp/hopes.sock --tracks                 also what happens to tracks
   hopes watch --from unix:/tmp/hopes.sock --output events          only what happens to tracks
@@ -43,12 +44,12 @@ impl Watch {
         let mut wanted = self.wanted.subscription()?;
         wanted.check = self.check;
         if wanted.check && wanted.view.simplify != Simplify::No {
-            return Err(Failure::Usage("--check needs all vertices: leave out --simplify"));
+            return Err(Failure::usage("--check needs all vertices: leave out --simplify"));
         }
         if self.output == MessageForm::Events && wanted.tracks == TracksWanted::No {
             wanted.tracks = TracksWanted::Events;
         }
-        let writer = MessageWriter::new(self.output, files::buffered(files::stdout()?));
+        let writer = MessageWriter::new(self.output, files::buffered(files::message_stdout(self.output)?));
         let mut shown = Shown::new(writer, ProgressBar::hidden());
         let ended = follow(&wanted, &mut shown);
         let finished = shown.finish(&ended);

@@ -6,13 +6,16 @@
 //! closed by a new snapshot. Attempts to subscribe or to connect again are bounded in number, pace and time.
 //! Must not know: how messages are written, arguments.
 
+mod absent;
 mod error;
 
 use std::collections::BTreeMap;
 use std::io;
 use std::time::{Duration, Instant};
 
-use hopes_protocol::{DotsWanted, ErrorCode, Message, Report, Subscribe, TracksWanted, Unsubscribe, View, WantTracks};
+use hopes_protocol::{
+    DotsWanted, ErrorCode, Message, Report, StatusWanted, Subscribe, TracksWanted, Unsubscribe, View, WantTracks,
+};
 
 use super::chain::Chain;
 use super::connection::{Client, Received, SOFTWARE, Sending, Timeouts};
@@ -21,6 +24,7 @@ use super::mirrors::{Mirrors, MirrorsError, Taken};
 use super::verify::verify;
 use crate::daemon::{Address, Stop};
 
+use self::absent::absent;
 pub use self::error::FollowError;
 
 /// How long a message is waited for before signals are looked for.
@@ -28,6 +32,12 @@ const MOMENT: Duration = Duration::from_millis(50);
 
 /// How long the dots and tracks of the last frame are waited for.
 const DOTS_LATER: Duration = Duration::from_millis(300);
+
+/// After so long without a stream of the wanted name, the daemon is asked which there are.
+const ABSENT: Duration = Duration::from_secs(1);
+
+/// The channel of that question. No subscription comes so far.
+const QUESTIONS: u32 = u32::MAX;
 
 /// After so many gaps without a frame between them, the daemon is taken to be wrong.
 const GAPS: u32 = 5;
@@ -114,6 +124,8 @@ struct Following<'a, S> {
     /// That of the present subscription. Messages on older channels are ignored.
     channel: u32,
     frames: u64,
+    /// When to ask which streams there are, if none of the wanted name is.
+    asks: Option<Instant>,
     /// Since the last frame that was proved.
     gaps: u32,
     /// When the first message was written.
@@ -153,6 +165,7 @@ pub fn follow_until(
         mirrors: Mirrors::default(),
         channel: 0,
         frames: 0,
+        asks: None,
         gaps: 0,
         begun: None,
         ends: None,
@@ -197,7 +210,7 @@ impl<S: MessageSink> Following<'_, S> {
             }
             let soon = Instant::now() + MOMENT;
             match client.receiving.receive_until(self.ends.map_or(soon, |ends| ends.min(soon)))? {
-                Received::Nothing => {}
+                Received::Nothing => self.ask_for_names(&client.sending)?,
                 Received::End => {
                     let address = self.wanted.from.clone();
                     return Err(ClientError::Closed { address, when: "without a goodbye" }.into());
@@ -219,6 +232,7 @@ impl<S: MessageSink> Following<'_, S> {
         // 0 is the connection itself.
         self.channel = self.channel.checked_add(1).unwrap_or(1);
         let resume = if resumes && !pattern.contains('*') { self.mirrors.resume(pattern) } else { None };
+        self.asks = Some(Instant::now() + ABSENT);
         sending.send(self.channel, Subscribe { pattern: pattern.clone(), view, dots, resume })?;
         match tracks {
             TracksWanted::No => Ok(()),
@@ -226,8 +240,29 @@ impl<S: MessageSink> Following<'_, S> {
         }
     }
 
+    /// Asks once which streams there are, if no wanted one has come for a while.
+    fn ask_for_names(&mut self, sending: &Sending) -> Result<(), ClientError> {
+        if self.asks.is_none_or(|asks| Instant::now() < asks) {
+            return Ok(());
+        }
+        self.asks = None;
+        match sending.send(QUESTIONS, StatusWanted {}) {
+            // An older daemon cannot say it.
+            Err(ClientError::Older { .. }) => Ok(()),
+            asked => asked,
+        }
+    }
+
     fn take(&mut self, channel: u32, message: &Message) -> Result<Then, FollowError> {
         match message {
+            Message::Status(status) if channel == QUESTIONS => {
+                let names: Vec<&str> = status.streams.iter().map(|stream| stream.info.name.as_str()).collect();
+                // It may have come meanwhile.
+                if self.mirrors.iter().next().is_none() {
+                    tracing::info!("{}", absent(&self.wanted.from, &self.wanted.pattern, &names));
+                }
+                return Ok(Then::GoOn);
+            }
             Message::Goodbye(goodbye) => {
                 self.part(&goodbye.reason, goodbye.streams.iter().cloned().collect());
                 return Ok(Then::Goodbye(format!("the daemon says goodbye: {}", goodbye.reason)));
@@ -249,7 +284,7 @@ impl<S: MessageSink> Following<'_, S> {
             }
             _ => {}
         }
-        (self.lost, self.pause) = (None, PAUSES[0]);
+        (self.lost, self.pause, self.asks) = (None, PAUSES[0], None);
         match self.mirrors.take(message) {
             Ok(Taken::Frame) => {
                 self.gaps = 0;

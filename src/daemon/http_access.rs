@@ -20,8 +20,8 @@ use super::memory::{Account, Charged};
 use super::settings::{Limits, SOFTWARE};
 use super::streams::convert;
 use super::streams::directory::Directory;
-use super::streams::frame_times::FrameTimes;
 use super::streams::stream::Probe;
+use super::streams::stream_state::Measured;
 
 /// Starts an HTTP server, once the daemon listens; returns what stops it.
 pub type StartHttp = Box<dyn FnOnce(HttpAccess) -> Result<StopHttp, ListenError>>;
@@ -87,7 +87,7 @@ impl HttpAccess {
 
     /// An account for what is held for visitors.
     pub fn account(&self) -> Arc<Account> {
-        Account::part_of(&self.directory.memory.peers)
+        self.registry.account()
     }
 
     /// What does not answer within `patience`: nothing, if the daemon is well.
@@ -104,13 +104,9 @@ impl HttpAccess {
         unwell.map(|(stream, _)| format!("stream {:?}", stream.state.name)).collect()
     }
 
-    /// How long the frames of each stream take, by the stream's name.
-    pub fn frame_times(&self) -> Vec<(String, FrameTimes)> {
-        self.directory
-            .streams()
-            .iter()
-            .map(|stream| (stream.state.name.clone(), stream.state.stats.times.clone()))
-            .collect()
+    /// What is measured of each stream beyond its status.
+    pub fn measured(&self) -> Vec<Measured> {
+        self.directory.streams().iter().map(|stream| stream.state.measured()).collect()
     }
 
     /// The newest frame of a stream. Waits for its engine at most as long as `patience`.
@@ -131,8 +127,14 @@ impl HttpAccess {
         stream.snapshot_once(view, patience).ok_or_else(|| SnapshotError::Busy(name.to_owned()))
     }
 
-    /// Starts a connection that may only read.
-    pub fn admit(&self, transport: Box<dyn Transport>, place: &str) {
-        self.registry.admit(Socket::Tunnel(transport), place);
+    /// A stream's entry in the list of streams, if it is there.
+    pub fn stream(&self, name: &str) -> Option<wire::StreamInfo> {
+        self.directory.stream(name).map(|stream| stream.info())
+    }
+
+    /// Starts a connection that may only read. What is held for it is charged to an account of its own, as is what
+    /// its transport holds.
+    pub fn admit(&self, transport: Box<dyn Transport>, place: &str, account: Arc<Account>) {
+        self.registry.admit(Socket::Tunnel(transport), place, account);
     }
 }

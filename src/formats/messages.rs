@@ -222,7 +222,11 @@ struct HoleLine {
     radius: f64,
 }
 
-fn as_json(sink: &mut impl Write, name: &str, message: &Message) -> io::Result<()> {
+/// Writes a message about the stream of that name as a JSON line; nothing for one that has no such form.
+///
+/// # Errors
+/// Those of the sink.
+pub fn as_json(sink: &mut impl Write, name: &str, message: &Message) -> io::Result<()> {
     match message {
         Message::Snapshot(snapshot) => line(sink, &FrameLine::of_snapshot(name, snapshot)),
         Message::Diff(diff) => line(sink, &FrameLine::new(name, diff)),

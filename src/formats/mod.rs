@@ -14,6 +14,7 @@ pub mod messages;
 pub mod picture;
 pub mod point_writer;
 pub mod points;
+pub mod projection;
 pub mod recording;
 pub mod runs;
 pub mod scene;

@@ -15,6 +15,7 @@ use hopes_protocol::Message;
 use thiserror::Error;
 
 use super::input::{Columns, Format, Limits, ReadError, Reader, Record, opened};
+use super::projection::tell_choice;
 use super::recording::{Frames, Next, RecordingError};
 use crate::daemon::{Batch, Input};
 
@@ -49,6 +50,8 @@ pub struct PointSource {
     pub loops: bool,
     /// Points of one batch, at most.
     pub batch: usize,
+    /// Whether the caller makes metres of degrees.
+    pub is_projected: bool,
 }
 
 /// Why points cannot be read on.
@@ -166,7 +169,7 @@ impl PointSource {
                 Some(Record::Missed(reason)) => batcher.report_error(reason),
             };
             if let Some(choice) = reader.take_choice() {
-                tracing::info!("{}: {choice}", self.name());
+                tell_choice(&self.name(), &choice, self.is_projected);
             }
             // Nothing waits here while the source has no further bytes.
             let flushed = if reader.is_ready() { Ok(()) } else { batcher.flush() };
@@ -331,6 +334,7 @@ mod tests {
             closes_last: true,
             loops: false,
             batch: 4096,
+            is_projected: false,
         };
         let mut inputs = Vec::new();
         let mut sink = |input| {

@@ -12,12 +12,14 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use hopes::topology::{CoordinateError, Pipeline, Position, Refusal};
+use hopes::topology::{CoordinateError, Exact, Pipeline, Position, Refusal};
 use thiserror::Error;
 
 use super::input::{Columns, Format, Limits, ReadError, Reader, Record, opened};
+use super::projection::{Projector, tell_choice};
 
 /// Where points come from.
+#[derive(Clone)]
 pub struct RunSource {
     /// The file; - for stdin.
     pub file: PathBuf,
@@ -27,6 +29,8 @@ pub struct RunSource {
     pub columns: Columns,
     /// Grid that positions snap to.
     pub resolution: Option<f64>,
+    /// Whether the caller makes metres of degrees.
+    pub is_projected: bool,
 }
 
 /// Points of one run, at most.
@@ -102,7 +106,7 @@ impl RunSource {
                 Some(Record::Missed(reason)) => gatherer.report_error(&reason),
             };
             if let Some(choice) = reader.take_choice() {
-                tracing::info!("{}: {choice}", self.name());
+                tell_choice(&self.name(), &choice, self.is_projected);
             }
             let announced = if line == SAMPLE { gatherer.announce(reader.bytes_read(), length) } else { Ok(()) };
             // Nothing waits here while the source has no further bytes.
@@ -212,6 +216,23 @@ pub struct Run {
 }
 
 impl Run {
+    /// Takes its points from degrees to metres. Those that have no place there are left out, each with its line and the
+    /// reason.
+    pub fn project(&mut self, projector: &mut Projector) -> Vec<String> {
+        let mut refused = Vec::new();
+        let (points, lines) = (std::mem::take(&mut self.points), std::mem::take(&mut self.lines));
+        for (point, line) in points.into_iter().zip(lines) {
+            match projector.metres(point) {
+                Ok(metres) => {
+                    self.points.push(metres);
+                    self.lines.push(line);
+                }
+                Err(error) => refused.push(format!("{} {line}: {error}", self.unit)),
+            }
+        }
+        refused
+    }
+
     /// Feeds a pipeline. The points that it refuses, each with its line and the reason.
     pub fn feed(&self, pipeline: &mut Pipeline) -> impl Iterator<Item = String> + '_ {
         let refusals: Vec<(usize, Refusal)> = match self.retracts {
@@ -224,5 +245,5 @@ impl Run {
 
 /// In the words of the daemon.
 fn refused([x, y]: [f64; 2], unit: &str, line: u64, reason: &dyn Display) -> String {
-    format!("{unit} {line}, point ({x}, {y}): {reason}")
+    format!("{unit} {line}, point ({}, {}): {reason}", Exact(x), Exact(y))
 }

@@ -104,9 +104,10 @@ mod skeleton;
 mod testing;
 mod tracks;
 
+pub use base::Exact;
 pub use cloud::{
-    Axis, Cloud, CloudChange, CoordinateError, MAX_COORDINATE, MIN_COORDINATE, Position, Refusal, Slot, Staging,
-    Vertex, VertexId, Window,
+    Admission, Axis, CONFIRMING, Cloud, CloudChange, Confirmation, CoordinateError, MAX_COORDINATE, MIN_COORDINATE,
+    Position, Refusal, Restart, Slot, Staging, Vertex, VertexId, Window,
 };
 pub use frames::{ApplyError, Checksum, Diff, Follower, Frame, Presence, SimplifiedFollower, Snapshot, Step};
 pub use pipeline::{Contradiction, Options, Pipeline, Stage, Tracker};

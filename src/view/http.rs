@@ -1,9 +1,8 @@
 //! Requests and responses of HTTP/1.1: one of each on a connection.
 //!
 //! In: the bytes of a request's head.
-//! Out: a [`Request`], whose host and origin can be checked; the bytes of a [`Response`].
-//! Invariants: a request for another host, or from the page of another site, is refused before its path is looked at.
-//! Every response forbids what the page does not need.
+//! Out: a [`Request`]; the bytes of a [`Response`].
+//! Invariants: every response forbids what the page does not need.
 //! Must not know: which resources there are.
 //!
 //! `httparse` parses the head. The rest is written here, since it is small: there are GET and HEAD without bodies, and
@@ -45,6 +44,12 @@ impl Refusal {
     /// The text says what was wrong, and what to do.
     pub fn new(status: u16, text: impl Into<String>) -> Self {
         Self { status, text: text.into(), field: None }
+    }
+
+    /// Its status.
+    #[cfg(test)]
+    pub fn status(&self) -> u16 {
+        self.status
     }
 
     /// For a request that is no valid request for a WebSocket.
@@ -110,7 +115,8 @@ impl Request {
         first.filter(|_| second.is_none()).map(|(_, value)| &value[..])
     }
 
-    fn has(&self, name: &str) -> bool {
+    /// Whether a field is given, once or more often.
+    pub fn has(&self, name: &str) -> bool {
         self.fields.iter().any(|(other, _)| other == name)
     }
 
@@ -125,31 +131,6 @@ impl Request {
         self.lists("if-none-match", tag)
             || self.lists("if-none-match", &format!("W/{tag}"))
             || self.lists("if-none-match", "*")
-    }
-
-    /// Refuses a request for another host, and a request from the page of another origin.
-    ///
-    /// A page of another site can make a browser send requests here, also under its own name, by DNS. The browser tells
-    /// its origin, or the host that was meant, in both cases.
-    ///
-    /// # Errors
-    /// [`Refusal`].
-    pub fn check_origin(&self, is_name: impl Fn(&str) -> bool, needs_origin: bool) -> Result<(), Refusal> {
-        let host = self.header("host").ok_or_else(|| Refusal::new(400, "a request needs one Host field"))?;
-        let host = host.to_ascii_lowercase();
-        if !is_name(&host) {
-            let text = format!("this server is not {host:?}: use its address, or allow the name by --view-host");
-            return Err(Refusal::new(421, text));
-        }
-        let origin = self.header("origin").map(str::to_ascii_lowercase);
-        let is_own = origin.as_deref().is_some_and(|origin| {
-            let named = origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://"));
-            named == Some(&host)
-        });
-        if is_own || !needs_origin && !self.has("origin") {
-            return Ok(());
-        }
-        Err(Refusal::new(403, "only the page of this server may request that: Origin is missing or differs"))
     }
 }
 
@@ -235,6 +216,13 @@ impl Response {
         head.push_str("\r\n");
         (head.into_bytes(), if is_head { Body::Own(Vec::new()) } else { self.body })
     }
+}
+
+/// The head of a response of status 200 whose body ends with the connection. Proxies that would collect it are told not
+/// to.
+pub fn endless(media_type: &str) -> Vec<u8> {
+    let own = format!("Cache-Control: no-store\r\nX-Accel-Buffering: no\r\nContent-Type: {media_type}\r\n\r\n");
+    format!("HTTP/1.1 200 {}\r\n{COMMON_FIELDS}{own}", reason(200)).into_bytes()
 }
 
 impl From<Refusal> for Response {

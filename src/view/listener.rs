@@ -1,7 +1,7 @@
 //! The HTTP listener of the page: one port, one thread per client connection, one response each.
 //!
 //! In: an address; the daemon's [`HttpAccess`].
-//! Out: responses; a read-only connection of the daemon for each WebSocket.
+//! Out: responses; a read-only connection of the daemon for each WebSocket, and for each client of events.
 //! Invariants: only this machine can connect, unless remote clients were allowed. A client that sends no complete head,
 //! or does not read the response, is disconnected after a timeout. A client above the limit gets a 503, even if it is
 //! silent; a few may still ask for the daemon's health. Threads are named, and joined.
@@ -14,10 +14,12 @@ use std::sync::{Arc, Weak};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::http::{MAX_HEAD, Refusal, Request, Response};
+use super::events::{self, EventStream};
+use super::http::{self, MAX_HEAD, Refusal, Request, Response};
+use super::names::Names;
 use super::routes::{HEALTH, Reply, Routes};
 use super::websocket::{self, WebSocket};
-use crate::daemon::{Address, HttpAccess, ListenError, Socket, StartHttp, StopHttp, bind_tcp};
+use crate::daemon::{Account, Address, HttpAccess, ListenError, Socket, StartHttp, StopHttp, Transport, bind_tcp};
 
 /// The limit of clients is this or more: a browser alone opens half a dozen connections.
 const MIN_CLIENTS: usize = 16;
@@ -43,16 +45,21 @@ const LINGER: Duration = Duration::from_millis(500);
 /// How long clients may still read when the daemon ends.
 const STOP_TIMEOUT: Duration = Duration::from_secs(1);
 
+/// Where clients of events are said to come to, in logs and lists of peers.
+const FRAMES: &str = "/api/streams/*/frames";
+
 /// Bytes of a client thread's stack, which is never deep.
 const STACK: usize = 1 << 19;
 
 /// The address of the page, and its names.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct PageAddress {
     /// Host and port to listen at.
     pub address: String,
     /// Host names that requests may use, besides its addresses.
-    pub names: Vec<String>,
+    pub hosts: Vec<String>,
+    /// Origins at which proxies show the page, such as `https://example.org`.
+    pub origins: Vec<String>,
     /// Whether clients on other machines may connect.
     pub allow_remote: bool,
 }
@@ -103,8 +110,10 @@ struct Listener {
 
 /// A connected client.
 struct Client {
-    /// Dropped with the thread, or when it became a connection of the daemon.
+    /// Dropped with the thread.
     socket: Weak<Socket>,
+    /// It became a connection of the daemon, which ends it.
+    is_handed_over: Arc<AtomicBool>,
     thread: JoinHandle<()>,
 }
 
@@ -115,14 +124,14 @@ struct Visit {
     number: u64,
     /// It is above this limit, and may only ask for the daemon's health.
     only_health: Option<usize>,
+    is_handed_over: Arc<AtomicBool>,
 }
 
 /// What all client threads share.
 struct Server {
     routes: Routes,
     access: HttpAccess,
-    /// The given host names in lower case.
-    names: Vec<String>,
+    names: Names,
     url: String,
 }
 
@@ -131,7 +140,7 @@ impl Listener {
         let Page { bound, at, address } = page;
         let system = |error| ListenError::System { address: Address::Tcp(address.address.clone()), error };
         tracing::info!("the page is at http://{at}/");
-        let names = address.names.iter().map(|name| name.to_ascii_lowercase()).collect();
+        let names = Names::new(&address.hosts, &address.origins);
         let routes = Routes::new(access.clone());
         let server = Arc::new(Server { routes, access, names, url: format!("http://{at}") });
         let is_stopping = Arc::new(AtomicBool::new(false));
@@ -155,7 +164,7 @@ impl Listener {
             return tracing::error!("the page's listener thread panicked: please report this");
         };
         let shutdown = |client: &Client, how| {
-            if let Some(socket) = client.socket.upgrade() {
+            if let Some(socket) = client.socket.upgrade().filter(|_| !client.is_handed_over.load(Ordering::Acquire)) {
                 socket.shutdown(how);
             }
         };
@@ -205,12 +214,14 @@ fn accept_all(bound: &TcpListener, is_stopping: &AtomicBool, server: &Arc<Server
             }
             accepted += 1;
             let (server, weak) = (Arc::clone(server), Arc::downgrade(&socket));
-            let client = Visit { local, number: accepted, only_health: is_full.then_some(limit) };
+            let is_handed_over = Arc::<AtomicBool>::default();
+            let only_health = is_full.then_some(limit);
+            let client = Visit { local, number: accepted, only_health, is_handed_over: Arc::clone(&is_handed_over) };
             let thread = thread::Builder::new()
                 .name("page client".to_owned())
                 .stack_size(STACK)
                 .spawn(move || server.serve(socket, client))?;
-            clients.push(Client { socket: weak, thread });
+            clients.push(Client { socket: weak, is_handed_over, thread });
             Ok(())
         });
         if let Err(error) = started {
@@ -244,9 +255,20 @@ impl Server {
         let response = match request.and_then(|request| self.reply(&request, &client)) {
             Ok(Reply::Upgrade(handshake)) => {
                 if socket.write(&handshake, timeout).is_ok() {
-                    self.access.admit(Box::new(WebSocket::new(socket, early)), &format!("{}/ws", self.url));
+                    client.is_handed_over.store(true, Ordering::Release);
+                    self.admit("/ws", |_| Box::new(WebSocket::new(socket, early)));
                 }
                 return;
+            }
+            Ok(Reply::Events(_)) if is_head => {
+                if socket.write(&http::endless(events::MEDIA_TYPE), timeout).is_ok() {
+                    close(&socket);
+                }
+                return;
+            }
+            Ok(Reply::Events(wanted)) => {
+                client.is_handed_over.store(true, Ordering::Release);
+                return self.admit(FRAMES, |account| Box::new(EventStream::new(socket, wanted, account)));
             }
             Ok(Reply::Response(response)) => response,
             Err(refusal) => refusal.into(),
@@ -257,26 +279,19 @@ impl Server {
         }
     }
 
+    /// Makes a client a connection of the daemon that only reads.
+    fn admit(&self, path: &str, transport: impl FnOnce(&Arc<Account>) -> Box<dyn Transport>) {
+        let account = self.access.account();
+        self.access.admit(transport(&account), &format!("{}{path}", self.url), account);
+    }
+
     fn reply(&self, request: &Request, client: &Visit) -> Result<Reply, Refusal> {
         let is_websocket = Routes::is_websocket(request);
-        request.check_origin(|host| self.is_name(host, client.local), is_websocket)?;
+        self.names.check(request, client.local, is_websocket)?;
         if let Some(limit) = client.only_health.filter(|_| request.path != HEALTH) {
             return Err(too_many_clients(limit));
         }
         if is_websocket { websocket::handshake(request).map(Reply::Upgrade) } else { Ok(self.routes.reply(request)) }
-    }
-
-    /// Whether a host is one of this server's, for a client that has connected to a local address.
-    fn is_name(&self, host: &str, local: SocketAddr) -> bool {
-        let (ip, port) = (local.ip().to_canonical(), local.port());
-        let own = ["localhost".to_owned(), "127.0.0.1".to_owned(), "[::1]".to_owned(), host_of(ip)];
-        let is = |name: &str| {
-            let without = host.strip_prefix(name);
-            without
-                .is_some_and(|rest| rest.strip_prefix(':') == Some(&port.to_string()) || rest.is_empty() && port == 80)
-        };
-        // A given name may also be that of a proxy, which may have another port.
-        own.iter().any(|name| is(name)) || self.names.iter().any(|name| is(name) || host == name)
     }
 }
 
@@ -288,14 +303,6 @@ fn send(socket: &Socket, response: Response, is_head: bool, patience: Duration) 
     }
     socket.write(&head, patience)?;
     body.chunks(STEP).try_for_each(|step| socket.write(step, patience))
-}
-
-/// An address as it is written in a host.
-fn host_of(ip: IpAddr) -> String {
-    match ip {
-        IpAddr::V4(ip) => ip.to_string(),
-        IpAddr::V6(ip) => format!("[{ip}]"),
-    }
 }
 
 /// The request of a client, or its refusal, and the bytes after it; none if the client closed or sent nothing.

@@ -1,6 +1,6 @@
 //! The daemon's metrics for Prometheus, in the text format of OpenMetrics 1.0.
 //!
-//! In: the daemon's status; histograms of frame times.
+//! In: the daemon's status; what is measured of streams beyond it.
 //! Out: the text of one scrape.
 //! Invariants: the names are documented and stay. Names of streams, which any producer chooses, are escaped.
 //! Must not know: how the numbers come about, HTTP.
@@ -19,7 +19,7 @@ use prometheus_client::metrics::histogram::Histogram;
 use prometheus_client::metrics::{MetricType, TypedMetric};
 use prometheus_client::registry::{Registry, Unit};
 
-use crate::daemon::FrameTimes;
+use crate::daemon::{FrameTimes, Measured};
 
 /// The media type of the text.
 pub const MEDIA_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
@@ -28,9 +28,9 @@ pub const MEDIA_TYPE: &str = "application/openmetrics-text; version=1.0.0; chars
 ///
 /// # Errors
 /// Of the encoder, which has none to expect.
-pub fn write(status: Status, peers: Peers, frame_times: Vec<(String, FrameTimes)>) -> Result<String, fmt::Error> {
+pub fn write(status: Status, peers: Peers, measured: Vec<Measured>) -> Result<String, fmt::Error> {
     let mut registry = Registry::default();
-    registry.register_collector(Box::new(Scrape { status, peers, frame_times }));
+    registry.register_collector(Box::new(Scrape { status, peers, measured }));
     let mut out = String::new();
     text::encode(&mut out, &registry)?;
     Ok(out)
@@ -50,8 +50,7 @@ pub struct Peers {
 struct Scrape {
     status: Status,
     peers: Peers,
-    /// By the name of the stream.
-    frame_times: Vec<(String, FrameTimes)>,
+    measured: Vec<Measured>,
 }
 
 /// A metric of every stream or every peer: a counter or a gauge, named without its unit and without `_total`.
@@ -90,6 +89,15 @@ const STREAM_METRICS: [Metric<StreamStatus>; 12] = [
     bytes(MetricType::Gauge, "hopes_stream_memory", "Estimate of the memory held.", |stream| stream.memory),
 ];
 
+const MEASURED_METRICS: [Metric<Measured>; 2] = [
+    counter(
+        "hopes_stream_refused_at_commit",
+        "Points and retractions that were accepted and then refused at their commit.",
+        |stream| stream.refused_late,
+    ),
+    counter("hopes_stream_window_restarts", "How often the time window has started anew.", |stream| stream.restarts),
+];
+
 const PEER_METRICS: [Metric<Peer>; 4] = [
     bytes(MetricType::Counter, "hopes_peer_received", "Received from a peer.", |peer| peer.received),
     bytes(MetricType::Counter, "hopes_peer_sent", "Sent to a peer.", |peer| peer.sent),
@@ -122,6 +130,9 @@ impl Collector for Scrape {
         for metric in &STREAM_METRICS {
             encode_all(encoder, metric, streams, |stream| ("stream", stream.info.name.clone()))?;
         }
+        for metric in &MEASURED_METRICS {
+            encode_all(encoder, metric, &self.measured, |stream| ("stream", stream.name.clone()))?;
+        }
         let help = "Peers that were cut off for what they did not read.";
         encode_counter(encoder, "hopes_cut_off_peers", help, None, ConstCounter::new(self.peers.cut_off))?;
         for metric in &PEER_METRICS {
@@ -140,8 +151,8 @@ impl Scrape {
     fn encode_frame_times(&self, encoder: &mut DescriptorEncoder, metric: &FrameTime) -> fmt::Result {
         let (name, help, histogram) = metric;
         let mut family = encoder.encode_descriptor(name, help, Some(&Unit::Seconds), MetricType::Histogram)?;
-        for (stream, times) in &self.frame_times {
-            let labels = [("stream", &stream[..])];
+        for Measured { name, times, .. } in &self.measured {
+            let labels = [("stream", &name[..])];
             histogram(times).encode(family.encode_family(&labels)?)?;
         }
         Ok(())
@@ -216,7 +227,9 @@ mod tests {
     #[test]
     fn labels_are_escaped() {
         let name = "a\"} 1\nb\\";
-        let text = write(status(vec![]), Peers::default(), vec![(name.to_owned(), FrameTimes::default())]).unwrap();
+        let text =
+            write(status(vec![]), Peers::default(), vec![Measured { name: name.to_owned(), ..Measured::default() }])
+                .unwrap();
         let escaped = "{stream=\"a\\\"} 1\\nb\\\\\"}";
         assert!(text.lines().any(|line| line == format!("hopes_stream_frame_seconds_count{escaped} 0")), "{text}");
         assert!(!text.lines().any(|line| line.starts_with('b')), "{text}");
@@ -238,13 +251,16 @@ mod tests {
         let times = FrameTimes::default();
         times.total.observe(0.003);
         times.total.observe(100.0);
-        let text = write(status(vec![]), Peers::default(), vec![("a".to_owned(), times)]).unwrap();
+        let measured = Measured { name: "a".to_owned(), refused_late: 7, restarts: 1, times };
+        let text = write(status(vec![]), Peers::default(), vec![measured]).unwrap();
         for line in [
             "hopes_stream_frame_seconds_count{stream=\"a\"} 2",
             "hopes_stream_frame_seconds_sum{stream=\"a\"} 100.003",
             "hopes_stream_frame_seconds_bucket{le=\"0.0032\",stream=\"a\"} 1",
             "hopes_stream_frame_seconds_bucket{le=\"+Inf\",stream=\"a\"} 2",
             "hopes_stream_reduction_seconds_count{stream=\"a\"} 0",
+            "hopes_stream_refused_at_commit_total{stream=\"a\"} 7",
+            "hopes_stream_window_restarts_total{stream=\"a\"} 1",
         ] {
             assert!(text.lines().any(|found| found == line), "{line}: {text}");
         }

@@ -1,7 +1,7 @@
 //! Routing: the paths of the server and their responses.
 //!
 //! In: a request whose host and origin were checked.
-//! Out: a response.
+//! Out: a response, or which frames are wanted as events.
 //! Invariants: a refusal says what is wrong with the request. The number of snapshots that are made at a time is
 //! bounded; a client that is slow to read one keeps nobody from another.
 //! Must not know: sockets, the rules of HTTP.
@@ -10,10 +10,12 @@ use std::time::{Duration, Instant};
 
 use super::assets::Assets;
 use super::documents::Documents;
+use super::events::FramesRequest;
 use super::http::{Body, Refusal, Request, Response};
 use super::metrics::{self, Peers};
 use super::permits::Permits;
-use super::snapshot::{self, SnapshotRequest};
+use super::query;
+use super::snapshot::SnapshotRequest;
 use crate::daemon::{HttpAccess, SnapshotError};
 
 /// Snapshots that are made at one time at the most: each may be many megabytes.
@@ -37,6 +39,8 @@ pub enum Reply {
     Response(Response),
     /// The response after which a WebSocket begins.
     Upgrade(Vec<u8>),
+    /// Frames as events.
+    Events(FramesRequest),
 }
 
 /// All resources of the server.
@@ -62,9 +66,13 @@ impl Routes {
 
     /// The reply to a request for any other path.
     pub fn reply(&self, request: &Request) -> Reply {
-        let of_stream = request.path.strip_prefix("/api/streams/").and_then(|rest| rest.strip_suffix("/snapshot"));
+        let of_stream = request.path.strip_prefix("/api/streams/").and_then(|rest| rest.rsplit_once('/'));
         let response = match (&request.path[..], of_stream) {
-            (_, Some(name)) => self.snapshot(name, request).unwrap_or_else(Response::from),
+            (_, Some((name, "snapshot"))) => self.snapshot(name, request).unwrap_or_else(Response::from),
+            (_, Some((name, "frames"))) => match self.frames(name, request) {
+                Ok(frames) => return Reply::Events(frames),
+                Err(refusal) => refusal.into(),
+            },
             (HEALTH, _) => self.health(),
             ("/metrics", _) => self.metrics(),
             ("/api/streams", _) => self.streams(),
@@ -95,7 +103,7 @@ impl Routes {
 
     fn metrics(&self) -> Response {
         let peers = Peers { list: self.access.peers(), cut_off: self.access.cut_off_count() };
-        match metrics::write(self.access.status(), peers, self.access.frame_times()) {
+        match metrics::write(self.access.status(), peers, self.access.measured()) {
             Ok(text) => Response::new(metrics::MEDIA_TYPE, text),
             Err(error) => Refusal::new(500, format!("the metrics cannot be written: {error}")).into(),
         }
@@ -112,9 +120,18 @@ impl Routes {
         }
     }
 
+    /// The frames of a stream that is there.
+    fn frames(&self, name: &str, request: &Request) -> Result<FramesRequest, Refusal> {
+        let epoch = |name: &str| self.access.stream(name).map(|stream| stream.epoch);
+        let wanted = FramesRequest::parse(name, request, epoch).map_err(|text| Refusal::new(400, text))?;
+        let missing = || SnapshotError::NoStream(wanted.name.clone()).to_string();
+        epoch(&wanted.name).ok_or_else(|| Refusal::new(404, missing()))?;
+        Ok(wanted)
+    }
+
     fn snapshot(&self, name: &str, request: &Request) -> Result<Response, Refusal> {
         let bad = |text| Refusal::new(400, text);
-        let name = snapshot::decoded(name).map_err(bad)?;
+        let name = query::decoded(name).map_err(bad)?;
         let wanted = SnapshotRequest::parse(request.query.as_deref().unwrap_or_default()).map_err(bad)?;
         let timeout = SNAPSHOT_TIMEOUT.min(self.access.limits().timeout);
         let by = Instant::now() + timeout;

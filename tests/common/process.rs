@@ -17,11 +17,11 @@ const TIMEOUT: Duration = Duration::from_secs(100);
 
 /// The program with its arguments, before it is started.
 #[derive(Clone, Debug)]
-pub struct Hopes(Vec<OsString>);
+pub struct Hopes(Vec<OsString>, Vec<(OsString, OsString)>);
 
 /// The program with arguments, separated by spaces.
 pub fn hopes(arguments: &str) -> Hopes {
-    Hopes(arguments.split_whitespace().map(OsString::from).collect())
+    Hopes(arguments.split_whitespace().map(OsString::from).collect(), Vec::new())
 }
 
 impl Hopes {
@@ -36,6 +36,13 @@ impl Hopes {
     pub fn with(&self, argument: impl AsRef<OsStr>) -> Self {
         let mut more = self.clone();
         more.0.push(argument.as_ref().to_owned());
+        more
+    }
+
+    /// Sets a variable of its environment.
+    pub fn set(&self, name: &str, value: impl AsRef<OsStr>) -> Self {
+        let mut more = self.clone();
+        more.1.push((name.into(), value.as_ref().to_owned()));
         more
     }
 
@@ -58,7 +65,7 @@ impl Hopes {
     /// The command, for tests that need other things than pipes.
     pub fn command(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hopes"));
-        command.args(&self.0).stdin(Stdio::null());
+        command.args(&self.0).envs(self.1.iter().cloned()).stdin(Stdio::null());
         command
     }
 

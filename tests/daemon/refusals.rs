@@ -126,30 +126,30 @@ fn a_time_window_refuses_missing_and_late_times() {
     let mut producer = windowed(&daemon, Window::Time(10.0));
     let mut consumer = daemon.consumer("cam", FULL);
     let refused = |answer: Message| outcome(answer).2;
-    assert_eq!(refused(answered(&mut producer, &[(0.0, 0.0)], &[], &[])), [(0, RefusalCode::NoTime as u16)]);
+    // A point without a time waits for one.
+    assert_eq!(refused(answered(&mut producer, &[(0.0, 0.0)], &[], &[])), []);
     let answer = answered(
         &mut producer,
         &[(1.0, 0.0), (2.0, 0.0), (3.0, 0.0), (4.0, 0.0)],
-        &[5.0, f64::NAN, f64::INFINITY, 16.5],
+        &[7.0, f64::NAN, f64::INFINITY, 16.5],
         &[],
     );
     let not_finite = RefusalCode::TimeNotFinite as u16;
     assert_eq!(refused(answer), [(1, not_finite), (2, not_finite)]);
     let answer = answered(&mut producer, &[(5.0, 0.0), (6.0, 0.0)], &[6.0, 7.0], &[]);
     assert_eq!(refused(answer), [(0, RefusalCode::TooLate as u16)]);
-    // A point without a time gets the newest time.
     assert_eq!(refused(answered(&mut producer, &[(7.0, 0.0)], &[], &[])), []);
     let commit = producer.commit();
     producer.is_committed(commit);
     consumer.expect_snapshot(Cause::Start);
-    assert_eq!(seen(&consumer), [(4.0, 0.0), (6.0, 0.0), (7.0, 0.0)]);
+    assert_eq!(seen(&consumer), [(0.0, 0.0), (1.0, 0.0), (4.0, 0.0), (6.0, 0.0), (7.0, 0.0)]);
     let frame = consumer.mirror.frame().unwrap();
-    assert_eq!((frame.time, frame.rejected), (Some(16.5), 4));
+    assert_eq!((frame.time, frame.rejected), (Some(16.5), 3));
     // The time of a commit advances the window too.
     producer.client.send(Producer::CHANNEL, Commit { sequence: 99, time: Some(20.0) });
     assert_eq!(producer.is_committed(99), 2);
     assert_eq!(consumer.expect_diff(2).frame.time, Some(20.0));
-    assert_eq!(seen(&consumer), [(4.0, 0.0), (7.0, 0.0)]);
+    assert_eq!(seen(&consumer), [(0.0, 0.0), (4.0, 0.0), (7.0, 0.0)], "those without a time are of 16.5");
     daemon.stop();
 }
 

@@ -38,7 +38,7 @@ fn each_picture_is_a_frame_of_the_stream() {
         [("1.png", Gray::step(9, 3, 4, 200).png()), ("2.png", Vec::new()), ("3.png", Gray::step(9, 1, 2, 200).png())];
     let folder = folder(&files);
     let daemon = FakeDaemon::new();
-    let client = edges(folder.path(), "--rate 20 --y-up --stream cam --to").with(daemon.address()).start();
+    let client = edges(folder.path(), "--rate 20 --stream cam --to").with(daemon.address()).start();
     let mut peer = daemon.greet();
     let (channel, open) = peer.open(2);
     assert_eq!((open.name.as_str(), open.window, open.resolution), ("cam", Some(Window::Frames(1)), None));

@@ -56,7 +56,7 @@ fn edges_equal_those_of_opencv() {
                 .filter(|&(_, bits)| bits & bit != 0)
                 .map(|(at, _)| [at % width, at / width])
                 .collect();
-            let ours = frames(&edges(&picture, arguments).runs().text());
+            let ours = frames(&edges(&picture, arguments).and("--y-down").runs().text());
             assert_eq!(ours.len(), 1, "{picture:?}");
             let ours: Pixels = ours[0].iter().copied().collect();
             assert!(theirs.len() > 200, "{picture:?} is no test");

@@ -46,6 +46,8 @@ case " $* " in
     *) echo "ffmpeg: no such input: $*" >&2; exit 1 ;;
 esac
 case "$*" in
+    # Most cameras give YUYV, which YUV4MPEG2 cannot hold.
+    *" -i /dev/video0 -f "*) echo "ffmpeg: yuv4mpeg can only handle planar and gray pixels" >&2; exit 1 ;;
     *" -f yuv4mpegpipe -") cat video.y4m ;;
     *) echo "ffmpeg: no such output: $*" >&2; exit 1 ;;
 esac
@@ -123,6 +125,7 @@ impl Stage {
         command
             .current_dir(self.0.path())
             .env("PATH", std::env::join_paths(paths).unwrap())
+            .env("HOPES_ADDRESS", format!("unix:{}", self.path("hopes.sock").display()))
             .env("HOPES_BIN", env!("CARGO_BIN_EXE_hopes"))
             .env("HOPES_NOTES", self.path("notes"))
             .stdin(Stdio::null())

@@ -67,7 +67,7 @@ fn the_page_and_its_files_are_served_with_strict_headers() {
 }
 
 /// The scripts and style sheets that a file names in quotes, as paths.
-fn named_files(path: &str, text: &str) -> Vec<String> {
+pub fn named_files(path: &str, text: &str) -> Vec<String> {
     let folder = path.rsplit_once('/').unwrap().0;
     let words = text.split(['"', '\'']).filter(|word| word.ends_with(".js") || word.ends_with(".css"));
     let resolved = words.map(|word| match word.strip_prefix("../") {
@@ -319,6 +319,40 @@ fn questions_that_make_no_sense_say_why() {
     let _producer = crate::common::peers::Producer::open(page.daemon.client(), empty);
     page.get(&path("empty", "")).is_refused(404, "no frame yet");
     page.daemon.stop();
+}
+
+/// What the page says of a stream that shows nothing.
+#[test]
+fn points_that_wait_for_a_commit_are_told_from_no_points() {
+    let page = Page::start("");
+    let mut producer = page.daemon.producer("cam");
+    let of_stream = || {
+        let stream = page.get("/api/streams").json()["streams"][0].clone();
+        ["accepted", "refused", "waiting"]
+            .map(|key| stream[key].as_u64().unwrap())
+            .into_iter()
+            .chain(stream["info"]["frame"].as_u64())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(of_stream(), [0, 0, 0, 0], "no points");
+    let batch = producer.batch(&[(0.0, 0.0), (1.0, 0.0)]);
+    producer.is_accepted(batch, 2);
+    assert_eq!(of_stream(), [2, 0, 0, 0], "points that wait for a commit");
+    let commit = producer.commit();
+    producer.is_committed(commit);
+    assert_eq!(of_stream(), [2, 0, 0, 1], "a frame");
+    page.daemon.stop();
+    let mut running = hopes("serve --view 127.0.0.1:0").start();
+    let host = super::page::listening_page(&mut running);
+    running.say("0,0\n3,0\n");
+    eventually("points of stdin wait too", || {
+        let mut client = super::page::HttpClient::at(&host);
+        client.send(format!("GET /api/streams HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes());
+        let stream = client.reply().unwrap().json()["streams"][0].clone();
+        (stream["accepted"] == 2 && stream["info"]["frame"] == 0).then_some(())
+    });
+    running.signal(rustix::process::Signal::TERM);
+    assert_clean_exit(running.finish());
 }
 
 #[test]

@@ -33,7 +33,9 @@ fn only_requests_for_its_own_hosts_are_answered() {
         String::new(),
     ] {
         for path in ["/", "/healthz", "/metrics", "/api/streams", "/ws", "/nowhere"] {
-            request(&page, path, &format!("Host: {host}\r\n")).is_refused(421, "this server is not");
+            let refused = request(&page, path, &format!("Host: {host}\r\n"));
+            refused.is_refused(421, "this server is not");
+            refused.is_refused(421, "--view-host");
         }
     }
     request(&page, "/healthz", "").is_refused(400, "needs one Host field");
@@ -58,7 +60,9 @@ fn requests_of_other_origins_are_refused() {
         &format!("http://{host}/"),
     ] {
         for path in ["/", "/api/streams", "/metrics"] {
-            request(&page, path, &format!("Host: {host}\r\nOrigin: {origin}\r\n")).is_refused(403, "Origin");
+            let refused = request(&page, path, &format!("Host: {host}\r\nOrigin: {origin}\r\n"));
+            refused.is_refused(403, "Origin");
+            refused.is_refused(403, "--view-origin");
         }
         request(&page, "/ws", &format!("Host: {host}\r\nOrigin: {origin}\r\n{UPGRADE}")).is_refused(403, "Origin");
     }
@@ -151,12 +155,43 @@ fn remote_clients_must_be_allowed() {
 }
 
 #[test]
+fn a_name_alone_opens_nothing_to_other_machines() {
+    let page = Page::start("--view-host lab --view-origin https://Example.org --view-origin http://box:99");
+    for (host, origin, status) in [
+        ("lab", "http://lab", 200),
+        ("example.org", "https://example.org", 200),
+        (&page.host[..], "https://example.org", 200),
+        (&page.host[..], "http://box:99", 200),
+        (&page.host[..], "http://lab", 403),
+        (&page.host[..], "http://box", 403),
+        ("example.org", "https://evil.example", 403),
+        ("evil.example", "https://evil.example", 421),
+        ("evil.example", "https://example.org", 421),
+    ] {
+        let fields = format!("Host: {host}\r\nOrigin: {origin}\r\n");
+        assert_eq!(request(&page, "/api/streams", &fields).status, status, "{host} {origin}");
+        let upgraded = request(&page, "/ws", &format!("{fields}Upgrade: nothing\r\n"));
+        // What is no WebSocket is refused only after its host and origin were found right.
+        assert_eq!(upgraded.status, if status == 200 { 426 } else { status }, "{host} {origin}");
+    }
+    let port = page.port().to_owned();
+    page.daemon.stop();
+    for address in ["0.0.0.0", "[::]"] {
+        let serve = hopes("serve --view-host lab --view-origin https://lab --view").with(format!("{address}:{port}"));
+        serve.runs().fails(1, &["can be reached from other machines", "--allow-remote"]);
+    }
+}
+
+#[test]
 fn invalid_options_are_usage_errors() {
     for (arguments, words) in [
         ("serve --view nowhere", "is no HOST:PORT"),
         ("serve --view http://127.0.0.1:8080", "is no HOST:PORT"),
         ("serve --view-host lab", "--view"),
-        ("serve --view 127.0.0.1:0 --view-host lab", "--allow-remote"),
+        ("serve --view-origin https://lab", "--view"),
+        ("serve --view 127.0.0.1:0 --view-host http://lab", "is no name of a host"),
+        ("serve --view 127.0.0.1:0 --view-origin lab", "is no origin: write it as https://example.org"),
+        ("serve --view 127.0.0.1:0 --view-origin https://lab/hopes/", "without a path"),
     ] {
         hopes(arguments).runs().fails(2, &[words]);
     }

@@ -34,3 +34,14 @@ fn websocket_consumers_get_the_last_frame_and_a_goodbye() {
     assert_clean_exit(page.daemon.running.ends());
     assert!(std::net::TcpStream::connect(&page.host).is_err(), "the port is closed");
 }
+
+/// Nobody comes after it: the listener still has it on its list.
+#[test]
+fn the_newest_client_gets_its_goodbye_too() {
+    let page = Page::start("");
+    let mut newest = page.websocket();
+    page.daemon.running.signal(Signal::TERM);
+    let rest = newest.rest();
+    assert!(matches!(&rest[..], [(0, Message::Goodbye(_))]), "{rest:?}");
+    assert_clean_exit(page.daemon.running.ends());
+}

@@ -243,15 +243,50 @@ class Producing(WithDaemon):
 
     def test_time_window(self) -> None:
         stream = self.daemon.producer(self.name, window=hopes.Window.time(10.0))
-        # There is no newest time that a point without time could get.
-        self.assertEqual([refusal.code for refusal in stream.send(SQUARE[:1]).wait().refused], [2])
         answer = stream.send(SQUARE[:2], times=[100.0, math.nan]).wait()
         self.assertEqual((answer.accepted, answer.refused[0].code), (1, 3))
-        stream.send(SQUARE[2:3], times=[120.0]).wait()
-        self.assertEqual([refusal.code for refusal in stream.send(SQUARE[:1], times=[100.0]).wait().refused], [4])
+        stream.send(SQUARE[2:3], times=[110.0]).wait()
+        self.assertEqual([refusal.code for refusal in stream.send(SQUARE[:1], times=[99.0]).wait().refused], [4])
+        # A point without a time is of the newest time known.
+        stream.send(SQUARE[3:]).wait()
+        stream.commit()
+        stream.send([(9.0, 9.0)], times=[115.0]).wait()
         stream.commit()
         frame = next(self.follow())
-        self.assertEqual((frame.time, list(frame.vertices.values())), (120.0, SQUARE[2:3]))
+        self.assertEqual((frame.time, list(frame.vertices.values())), (115.0, [*SQUARE[2:], (9.0, 9.0)]))
+
+    def test_a_commit_dates_points_that_have_no_time(self) -> None:
+        stream = self.daemon.producer(self.name, window=hopes.Window.time(2.5))
+        for number in range(1, 6):
+            self.assertEqual(stream.send([(x, number) for x in range(20)]).wait().accepted, 20)
+            stream.commit(time=number)
+            frame = next(self.follow())
+            rows = sorted({y for _, y in frame.vertices.values()})
+            self.assertEqual((frame.time, rows), (number, list(range(max(1, number - 2), number + 1))))
+            self.assertEqual((frame.points, frame.rejected), (20 * len(rows), 0))
+
+    def test_what_is_missing_is_refused_and_counted(self) -> None:
+        stream = self.daemon.producer(self.name)
+        answer = stream.send([(0.0, 0.0), (None, 1.0), (2.0, None), (3.0, 3.0)]).wait()
+        self.assertEqual((answer.accepted, answer.refused_count), (2, 2))
+        self.assertEqual([(refusal.index, refusal.code) for refusal in answer.refused], [(1, 1), (2, 1)])
+        answer = stream.send([(4.0, 4.0), (5.0, 5.0)], times=[None, 1.0]).wait()
+        self.assertEqual([(refusal.index, refusal.code) for refusal in answer.refused], [(0, 3)])
+        stream.commit()
+        frame = next(self.follow())
+        self.assertEqual((frame.rejected, frame.points), (3, 3))
+
+    def test_a_masked_array(self) -> None:
+        try:
+            import numpy
+        except ImportError as error:
+            self.skipTest(str(error))
+        stream = self.daemon.producer(self.name)
+        points = numpy.ma.array([[1.0, 1.0], [7.0, 7.0], [3.0, 3.0]], mask=[[False, False], [True, True], [False, False]])
+        answer = stream.send(points).wait()
+        self.assertEqual((answer.accepted, [refusal.index for refusal in answer.refused]), (2, [1]))
+        stream.commit()
+        self.assertEqual(list(next(self.follow()).vertices.values()), [(1.0, 1.0), (3.0, 3.0)])
 
     def test_frame_window(self) -> None:
         stream = self.daemon.producer(self.name, window=hopes.Window.frames(1))

@@ -7,7 +7,7 @@
 use clap::Args;
 
 use super::show;
-use crate::cli::args::Connect;
+use crate::cli::args::{Connect, whole};
 use crate::cli::{Failure, files};
 use crate::client::admin::Admin;
 
@@ -21,7 +21,7 @@ use crate::client::admin::Admin;
   hopes disconnect 7 --connect unix:/tmp/hopes.sock")]
 pub struct Disconnect {
     /// Number of the peer.
-    #[arg(value_name = "PEER")]
+    #[arg(value_name = "PEER", value_parser = whole)]
     peer: u64,
     #[command(flatten)]
     daemon: Connect,
@@ -33,7 +33,7 @@ pub struct Disconnect {
 impl Disconnect {
     pub fn run(self) -> Result<(), Failure> {
         let out = files::stdout()?;
-        let mut admin = Admin::connect(&self.daemon.connect)?;
+        let mut admin = Admin::connect(&self.daemon.address()?)?;
         let disconnected = admin.disconnect(self.peer)?;
         admin.end();
         show(out, self.json, &disconnected, &format!("peer {} is disconnected", disconnected.peer))

@@ -15,11 +15,12 @@ use super::tables::{write_memory, write_peers, write_streams};
 use super::{write_line, write_out};
 use crate::cli::args::Connect;
 use crate::cli::{Failure, files};
-use crate::client::admin::{Admin, AdminError};
+use crate::client::admin::Admin;
 
 /// Show a daemon's streams: who feeds and follows them, points, memory, what was refused, dropped or merged.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
+  hopes status
   hopes status --connect unix:/tmp/hopes.sock
   hopes status --connect unix:/tmp/hopes.sock --peers --memory
   hopes status --connect tcp:127.0.0.1:7878 --json | jq '.streams[].info.name'")]
@@ -57,8 +58,8 @@ impl Status {
         write_out(out, &text)
     }
 
-    fn ask(&self) -> Result<Answers, AdminError> {
-        let mut admin = Admin::connect(&self.daemon.connect)?;
+    fn ask(&self) -> Result<Answers, Failure> {
+        let mut admin = Admin::connect(&self.daemon.address()?)?;
         let status = admin.status()?;
         let peers = if self.peers { Some(admin.peers()?) } else { None };
         let memory = if self.memory { Some(admin.memory()?) } else { None };

@@ -33,7 +33,7 @@ pub struct StopStream {
 impl StopStream {
     pub fn run(self) -> Result<(), Failure> {
         let out = files::stdout()?;
-        let mut admin = Admin::connect(&self.daemon.connect)?;
+        let mut admin = Admin::connect(&self.daemon.address()?)?;
         let stopped = admin.stop_stream(&self.name)?;
         admin.end();
         // The name is the one that was given: it has no control character.

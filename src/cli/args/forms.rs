@@ -35,6 +35,7 @@ words!(OutputFormat {
     Svg "svg" "Cloud and skeleton, critical edges coloured by persistence, beside the persistence diagram"
     Png "png" "The same picture, in pixels (needs the feature png, on by default)"
     Csv "csv" "A table of the view's edges, one a line"
+    Dots "dots" "A table of the persistence diagram as CSV, one dot a line, with edge and hole"
     Geojson "geojson" "The view's edges and holes as features"
 });
 

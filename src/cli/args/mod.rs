@@ -5,15 +5,26 @@
 //! Invariants: a value that cannot be used is refused here, with what it may be; every scale is a radius.
 //! Must not know: input and output.
 
+mod detection;
 mod forms;
 mod peers;
+mod place;
+mod places;
 mod sockets;
+mod suffix;
 mod tracks;
 mod values;
 mod view;
 
+pub use detection::DetectionArgs;
 pub use peers::{Connect, FollowArgs, To, name};
+pub use place::{Place, USUAL};
+pub use places::{ChosenColumns, ProjectArgs};
 pub use sockets::{PLACES, SocketArgs};
+pub use suffix::by_suffix;
 pub use tracks::TrackArgs;
-pub use values::{duration, host_and_port, number, rate, resolution, scene, window};
+pub use values::{
+    duration, from_one, host_and_port, host_name, many, number, origin, rank, rate, resolution, scene, whole, window,
+    within,
+};
 pub use view::{SimplifiedViewArgs, Threshold, ViewArgs};

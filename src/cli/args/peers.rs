@@ -9,6 +9,8 @@ use std::num::NonZeroU32;
 use clap::Args;
 use hopes_protocol as wire;
 
+use super::place::address;
+use super::values::from_one;
 use super::view::SimplifiedViewArgs;
 use crate::cli::Failure;
 use crate::client::follow::Subscription;
@@ -17,25 +19,39 @@ use crate::daemon::Address;
 /// The daemon that a producer sends to.
 #[derive(Clone, Debug, Args)]
 pub struct To {
-    /// Where the daemon listens: unix:PATH or tcp:HOST:PORT.
+    /// Where the daemon listens: unix:PATH or tcp:HOST:PORT [default: $HOPES_ADDRESS, else your own socket].
     #[arg(long, value_name = "ADDRESS")]
-    pub to: Address,
+    to: Option<Address>,
+}
+
+impl To {
+    /// The address.
+    pub fn address(&self) -> Result<Address, Failure> {
+        address(self.to.as_ref())
+    }
 }
 
 /// The daemon that a consumer connects to.
 #[derive(Clone, Debug, Args)]
 struct From {
-    /// Where the daemon listens: unix:PATH or tcp:HOST:PORT.
+    /// Where the daemon listens: unix:PATH or tcp:HOST:PORT [default: $HOPES_ADDRESS, else your own socket].
     #[arg(long, value_name = "ADDRESS")]
-    from: Address,
+    from: Option<Address>,
 }
 
 /// The daemon that is asked or administered.
 #[derive(Clone, Debug, Args)]
 pub struct Connect {
-    /// Where the daemon listens: unix:PATH or tcp:HOST:PORT.
+    /// Where the daemon listens: unix:PATH or tcp:HOST:PORT [default: $HOPES_ADDRESS, else your own socket].
     #[arg(long, value_name = "ADDRESS", visible_alias = "from")]
-    pub connect: Address,
+    connect: Option<Address>,
+}
+
+impl Connect {
+    /// The address.
+    pub fn address(&self) -> Result<Address, Failure> {
+        address(self.connect.as_ref())
+    }
 }
 
 /// What a consumer follows, and how far.
@@ -64,7 +80,7 @@ pub struct FollowArgs {
     )]
     tracks: Option<wire::TracksWanted>,
     /// End after so many frames.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = from_one)]
     frames: Option<u64>,
     /// Connect again when the connection is lost or the daemon says goodbye.
     ///
@@ -79,7 +95,7 @@ impl FollowArgs {
     /// The subscription they ask for, with frames taken as they are proved by their checksums.
     pub fn subscription(self) -> Result<Subscription, Failure> {
         Ok(Subscription {
-            from: self.from.from,
+            from: address(self.from.from.as_ref())?,
             pattern: self.stream,
             view: self.view.wire()?,
             dots: self.dots.unwrap_or(wire::DotsWanted::No),

@@ -10,8 +10,9 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use hopes_protocol::Policy;
 
-use super::values::{bytes, duration, resolution, window};
-use crate::daemon::{Address, Limits, Overload, StreamSettings};
+use super::place::{Place, USUAL};
+use super::values::{bytes, duration, how_many, many, resolution, whole, window, within};
+use crate::daemon::{Limits, Overload, StreamSettings};
 
 /// The options that open a way in; one of them must be given for others to make sense.
 pub const PLACES: &str = "places";
@@ -20,13 +21,17 @@ pub const PLACES: &str = "places";
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sockets")]
 pub struct SocketArgs {
-    /// Let producers and consumers connect at unix:PATH or tcp:HOST:PORT. May be repeated.
+    /// Let producers and consumers connect at unix:PATH or tcp:HOST:PORT [without an address: at $HOPES_ADDRESS, else
+    /// at your own socket]. May be repeated.
+    ///
+    /// Your own socket is hopes.sock in $XDG_RUNTIME_DIR, else in hopes-UID in the folder for temporary files. Clients
+    /// that are given no address connect there.
     ///
     /// Unix sockets are made with mode 0600; one that a dead daemon has left is replaced. TCP is for this machine only,
     /// unless --allow-remote is given. With --listen, stdin is read and stdout is written only if --input or --output
     /// is given, for the stream "default", and the daemon runs until a signal comes.
-    #[arg(long, value_name = "ADDRESS", group = PLACES)]
-    pub listen: Vec<Address>,
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = USUAL, group = PLACES)]
+    pub listen: Vec<Place>,
     /// Let peers and browsers come from other machines too: there is no password.
     #[arg(long, requires = PLACES)]
     pub allow_remote: bool,
@@ -39,13 +44,13 @@ pub struct SocketArgs {
     #[arg(long, value_enum, default_value_t)]
     pub overload: OverloadArg,
     /// Connections at one time; visitors of the page are at most a quarter of them (at least 16).
-    #[arg(long, value_name = "N", default_value_t = Limits::default().connections)]
+    #[arg(long, value_name = "N", default_value_t = Limits::default().connections, value_parser = how_many)]
     max_connections: usize,
     /// Streams at one time.
-    #[arg(long, value_name = "N", default_value_t = Limits::default().streams)]
+    #[arg(long, value_name = "N", default_value_t = Limits::default().streams, value_parser = how_many)]
     max_streams: usize,
     /// Of them, those that one connection has made.
-    #[arg(long, value_name = "N", default_value_t = Limits::default().peer_streams)]
+    #[arg(long, value_name = "N", default_value_t = Limits::default().peer_streams, value_parser = how_many)]
     max_peer_streams: usize,
     /// End a stream that a producer has made once nobody has fed or followed it for so long [default: never].
     ///
@@ -53,23 +58,23 @@ pub struct SocketArgs {
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     stream_ttl: Option<Duration>,
     /// Different views of one stream; a consumer that wants another one is refused, with the reason.
-    #[arg(long, value_name = "N", default_value_t = Limits::default().views)]
+    #[arg(long, value_name = "N", default_value_t = Limits::default().views, value_parser = many)]
     max_views: NonZeroUsize,
     /// Different views that one connection follows.
-    #[arg(long, value_name = "N", default_value_t = Limits::default().peer_views)]
+    #[arg(long, value_name = "N", default_value_t = Limits::default().peer_views, value_parser = many)]
     max_peer_views: NonZeroUsize,
     /// Points in the window of a stream; more are refused, with the reason.
-    #[arg(long, value_name = "N", default_value_t = Limits::default().points)]
+    #[arg(long, value_name = "N", default_value_t = Limits::default().points, value_parser = whole)]
     max_points: u64,
     /// Distinct positions in a stream; batches that come when there are as many are refused, with the reason.
-    #[arg(long, value_name = "N", default_value_t = Limits::default().vertices)]
+    #[arg(long, value_name = "N", default_value_t = Limits::default().vertices, value_parser = whole)]
     max_vertices: u64,
     /// Points in one message; a message has at most 4 MiB.
     #[arg(
         long,
         value_name = "N",
         default_value_t = Limits::default().largest_batch,
-        value_parser = clap::value_parser!(u32).range(1..=100_000)
+        value_parser = within::<1, 100_000>
     )]
     max_batch: u32,
     /// Memory of all streams and peers, such as 512MiB or 4GiB [default: no limit].

@@ -9,7 +9,7 @@ use std::num::NonZeroU32;
 use clap::Args;
 use hopes::topology::{TrackOptions, TrackRule, ViewSpec};
 
-use super::values::scale;
+use super::values::{at_least_one, scale};
 
 /// Which persistent cycles are followed over time.
 #[derive(Clone, Copy, Debug, Args)]
@@ -22,12 +22,12 @@ pub struct TrackArgs {
     #[arg(long, value_name = "WHICH", value_parser = track)]
     track: Option<TrackWord>,
     /// Announce a track when its dot was selected in N frames on end.
-    #[arg(long, value_name = "N", default_value = "2", requires = "track")]
+    #[arg(long, value_name = "N", default_value = "2", value_parser = at_least_one, requires = "track")]
     track_confirm: NonZeroU32,
     /// End a track when its dot was missing in N frames on end.
     ///
     /// A dot that is no longer selected stays its track's down to half of the persistence that it had when it last was.
-    #[arg(long, value_name = "N", default_value = "2", requires = "track")]
+    #[arg(long, value_name = "N", default_value = "2", value_parser = at_least_one, requires = "track")]
     track_miss: NonZeroU32,
     /// Report changes of a track's centre, birth and death only beyond DELTA (a length).
     #[arg(long, value_name = "DELTA", default_value = "0", value_parser = scale, requires = "track")]

@@ -5,10 +5,47 @@
 //! Invariants: a value that the core could not use is refused here.
 //! Must not know: options.
 
-use std::num::NonZeroU64;
+use std::num::{NonZeroU32, NonZeroU64, NonZeroUsize};
 
 use hopes::scene::{Kind, UnknownScene};
 use hopes::topology::Window;
+
+/// The rank of a gap, from 1.
+pub fn rank(word: &str) -> Result<NonZeroU32, String> {
+    word.parse().map_err(|_| format!("{word:?} is no rank: gaps are counted from 1, the widest"))
+}
+
+/// A whole number.
+pub fn whole(word: &str) -> Result<u64, String> {
+    word.parse().map_err(|_| format!("{word:?} is not a whole number from 0 to {}", u64::MAX))
+}
+
+/// A whole number, from 1.
+pub fn from_one(word: &str) -> Result<u64, String> {
+    let number = word.parse().ok().filter(|&number| number > 0);
+    number.ok_or_else(|| format!("{word:?} is not a whole number from 1 to {}", u64::MAX))
+}
+
+/// A number of things that memory may hold.
+pub fn how_many(word: &str) -> Result<usize, String> {
+    word.parse().map_err(|_| format!("{word:?} is not a whole number from 0 up"))
+}
+
+/// A whole number, from LOW to HIGH.
+pub fn within<const LOW: u32, const HIGH: u32>(word: &str) -> Result<u32, String> {
+    let number = word.parse().ok().filter(|number| (LOW..=HIGH).contains(number));
+    number.ok_or_else(|| format!("{word:?} is not a whole number from {LOW} to {HIGH}"))
+}
+
+/// A number of things, from 1.
+pub fn at_least_one(word: &str) -> Result<NonZeroU32, String> {
+    word.parse().map_err(|_| format!("{word:?} is not a whole number from 1 to {}", u32::MAX))
+}
+
+/// A number of things that memory may hold, from 1.
+pub fn many(word: &str) -> Result<NonZeroUsize, String> {
+    word.parse().map_err(|_| format!("{word:?} is not a whole number from 1 up"))
+}
 
 /// A rate or a speed: a positive number.
 pub fn rate(word: &str) -> Result<f64, String> {
@@ -18,7 +55,7 @@ pub fn rate(word: &str) -> Result<f64, String> {
 /// A scale: a number, not negative.
 pub fn scale(word: &str) -> Result<f64, String> {
     let value = number(word)?;
-    if value >= 0.0 { Ok(value) } else { Err(format!("{value} is negative: a scale is a radius")) }
+    if value >= 0.0 { Ok(value) } else { Err(format!("{word} is negative: a scale is a radius, from 0")) }
 }
 
 /// The step of a grid: a positive number.
@@ -52,7 +89,7 @@ fn time(word: &str) -> Result<f64, String> {
 /// A length of real time, such as `100ms` or `2s`; not zero.
 pub fn duration(word: &str) -> Result<std::time::Duration, String> {
     let duration = humantime::parse_duration(word).map_err(|error| format!("{error}: write it as 100ms or 2s"))?;
-    if duration.is_zero() { Err("a frame must take some time".to_owned()) } else { Ok(duration) }
+    if duration.is_zero() { Err(format!("{word} is no time at all: write it as 100ms or 2s")) } else { Ok(duration) }
 }
 
 /// An address of the page.
@@ -62,6 +99,46 @@ pub fn host_and_port(word: &str) -> Result<String, String> {
     is_whole.then(|| word.to_owned()).ok_or_else(|| format!("{word:?} is no HOST:PORT, such as 127.0.0.1:8080"))
 }
 
+/// A name of the page's server, which may have a port.
+pub fn host_name(word: &str) -> Result<String, String> {
+    let (host, port) = split_port(word);
+    let is_host = is_host(host) && port.is_none_or(|port| port.parse::<u16>().is_ok());
+    is_host
+        .then(|| word.to_owned())
+        .ok_or_else(|| format!("{word:?} is no name of a host: write it as example.org, or as example.org:8443"))
+}
+
+/// The origin of a page: scheme, host and perhaps a port, as browsers send it.
+pub fn origin(word: &str) -> Result<String, String> {
+    let lower = word.to_ascii_lowercase();
+    let host = lower.strip_prefix("https://").or_else(|| lower.strip_prefix("http://"));
+    let is_origin = host.is_some_and(|host| host_name(host).is_ok());
+    is_origin.then_some(lower).ok_or_else(|| {
+        format!("{word:?} is no origin: write it as https://example.org, without a path and without a / at the end")
+    })
+}
+
+/// A host, and what stands after its colon.
+fn split_port(word: &str) -> (&str, Option<&str>) {
+    match word.rsplit_once(':') {
+        // The colons of an IPv6 address stand in brackets.
+        Some((host, port)) if !port.ends_with(']') => (host, Some(port)),
+        _ => (word, None),
+    }
+}
+
+/// Whether a word is a name or an address as it stands in a request: browsers send other letters as xn--...
+fn is_host(word: &str) -> bool {
+    let is_in_brackets = word.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+    let is_letter = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '.' | '-' | '_');
+    match is_in_brackets {
+        Some(address) => {
+            address.contains(':') && address.chars().all(|digit| digit.is_ascii_hexdigit() || digit == ':')
+        }
+        None => !word.is_empty() && word.chars().all(is_letter),
+    }
+}
+
 /// A scene, by its name.
 pub fn scene(word: &str) -> Result<Kind, String> {
     word.parse().map_err(|error: UnknownScene| error.to_string())
@@ -69,7 +146,7 @@ pub fn scene(word: &str) -> Result<Kind, String> {
 
 fn positive(word: &str, what: &str) -> Result<f64, String> {
     let value = number(word)?;
-    if value > 0.0 { Ok(value) } else { Err(format!("{value} is not a {what}: it must be above 0")) }
+    if value > 0.0 { Ok(value) } else { Err(format!("{word} is not a {what}: it must be above 0")) }
 }
 
 /// A finite number.
@@ -133,6 +210,21 @@ mod tests {
         assert!(scale("-1").is_err() && scale("nan").is_err());
         assert!(resolution("0").is_err() && resolution("0.5") == Ok(0.5));
         assert!(duration("0s").is_err() && duration("20ms").is_ok());
+    }
+
+    #[test]
+    fn hosts_and_origins_are_those_that_browsers_send() {
+        for word in ["example.org", "box:99", "[::1]", "[fe80::1]:8080", "a-b_c", "192.0.2.1:80"] {
+            assert_eq!(host_name(word).as_deref(), Ok(word));
+            assert_eq!(origin(&format!("HTTPS://{word}")), Ok(format!("https://{word}")));
+        }
+        for word in ["", "http://a", "a/b", "a:", "a:x", "a:99999", "*", "b\u{e4}r.example", "[::g]", "::1", "a b"] {
+            assert!(host_name(word).unwrap_err().contains("example.org"), "{word}");
+        }
+        for word in ["", "example.org", "https://", "https://a/", "https://a/b", "ftp://a", "null", "*", "https://a?b"]
+        {
+            assert!(origin(word).unwrap_err().contains("https://example.org"), "{word}");
+        }
     }
 
     #[test]

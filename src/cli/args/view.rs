@@ -10,7 +10,7 @@ use clap::Args;
 use hopes::topology::ViewSpec;
 use hopes_protocol as wire;
 
-use super::values::scale;
+use super::values::{rank, scale};
 use crate::cli::Failure;
 use crate::daemon;
 
@@ -19,10 +19,10 @@ use crate::daemon;
 #[command(next_help_heading = "View")]
 pub struct ViewArgs {
     /// Derived skeleton HoPeS_{k,l}: take the dots above the lowest of the K widest diagonal gaps.
-    #[arg(short, long, default_value = "1", value_name = "K")]
+    #[arg(short, long, default_value = "1", value_name = "K", value_parser = rank)]
     k: NonZeroU32,
     /// Derived skeleton HoPeS_{k,l}: cut at the leftmost of the L widest vertical gaps.
-    #[arg(short, long, default_value = "1", value_name = "L")]
+    #[arg(short, long, default_value = "1", value_name = "L", value_parser = rank)]
     l: NonZeroU32,
     /// Reduced skeleton HoPeS(C; ALPHA) instead: at the scale ALPHA, a radius.
     #[arg(long, value_name = "ALPHA", value_parser = scale, conflicts_with_all = ["k", "l", "full"])]
@@ -82,7 +82,7 @@ impl SimplifiedViewArgs {
             (None, _) => Ok(None),
             (Some(Some(radius)), _) => Ok(Some(Threshold::Below(radius))),
             (Some(None), ViewSpec::Full) => {
-                Err(Failure::Usage("--simplify with --full needs a radius: --simplify=RADIUS"))
+                Err(Failure::usage("--simplify with --full needs a radius: --simplify=RADIUS"))
             }
             (Some(None), _) => Ok(Some(Threshold::AtScale)),
         }

@@ -112,7 +112,8 @@ fn batches(points: &[[f64; 2]], batch: usize) -> impl Iterator<Item = Batch> {
 fn play_film(batch: usize, send: &mut impl FnMut(Input) -> bool) {
     let form = Form::Lines(Some(Format::JsonLines), Columns::default());
     let origin = Origin::Opened(|| Box::new(FILM));
-    let film = PointSource { origin, form, frame_points: None, closes_last: true, loops: true, batch };
+    let (frame_points, is_projected) = (None, false);
+    let film = PointSource { origin, form, frame_points, closes_last: true, loops: true, batch, is_projected };
     if let Err(error) = film.read(send, &|_| ()) {
         send(Input::Failed(format!("{:#}", anyhow::Error::from(error))));
     }

@@ -11,6 +11,7 @@ use std::fmt::Display;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use hopes::topology::Exact;
 use hopes_protocol::{Message, Overloaded, Policy, Refused, Report};
 
 use super::error::DeliveryError;
@@ -245,8 +246,13 @@ impl State {
         for reason in &refused.reasons {
             let index = reason.index as usize;
             match points.positions.get(index).zip(points.lines.get(index)) {
-                Some(((x, y), line)) => {
-                    self.report_error(&format_args!("{place} {line}, point ({x}, {y}): {}", reason.text));
+                Some((&(x, y), line)) => {
+                    self.report_error(&format_args!(
+                        "{place} {line}, point ({}, {}): {}",
+                        Exact(x),
+                        Exact(y),
+                        reason.text
+                    ));
                 }
                 None => self.report_error(&format_args!("a point: {}", reason.text)),
             }

@@ -59,12 +59,27 @@ fn memory(directory: &Directory) -> wire::Memory {
     }
 }
 
+/// Names that are listed, at most.
+const NAMED: usize = 10;
+
+/// Which streams there are, after the name of one that is not.
+fn there_are(directory: &Directory) -> String {
+    let names: Vec<String> = directory.streams().iter().map(|stream| stream.state.name.clone()).collect();
+    match names.len() {
+        0 => ": there is none".to_owned(),
+        number => {
+            let rest = if number > NAMED { " and others: see `hopes status`" } else { "" };
+            format!(": there are {}{rest}", names[..number.min(NAMED)].join(", "))
+        }
+    }
+}
+
 fn stop_stream(directory: &Directory, name: &str) -> Result<wire::StreamStopped, Refused> {
     if !wire::is_name(name) {
         return Err((ErrorCode::BadName, format!("{name:?} is no name of a stream")));
     }
     let Some(stream) = directory.stream(name) else {
-        return Err((ErrorCode::NoStream, format!("there is no stream {name:?}: see `hopes status`")));
+        return Err((ErrorCode::NoStream, format!("there is no stream {name:?}{}", there_are(directory))));
     };
     let deadline = Instant::now() + PATIENCE;
     stream.finish(deadline);

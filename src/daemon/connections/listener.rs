@@ -133,7 +133,7 @@ impl Bound {
                 return;
             }
             match accepted {
-                Ok(socket) => registry.admit(socket, &place),
+                Ok(socket) => registry.admit(socket, &place, registry.account()),
                 Err(error) => {
                     if let Some(note) = limits.admits("accept", &place) {
                         tracing::warn!("{place}: cannot accept a connection: {error}{note}");

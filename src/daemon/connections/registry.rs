@@ -41,8 +41,13 @@ impl Registry {
         Self { directory, members: Arc::default() }
     }
 
-    /// Starts the threads of a connection that came to an address.
-    pub fn admit(&self, socket: Socket, place: &str) {
+    /// An account for a connection.
+    pub fn account(&self) -> Arc<Account> {
+        Account::part_of(&self.directory.memory.peers)
+    }
+
+    /// Starts the threads of a connection that came to an address. What is held for it is charged to an account.
+    pub fn admit(&self, socket: Socket, place: &str, account: Arc<Account>) {
         let most = self.directory.limits.connections;
         let (peer, place_of_peer) = self.members.place(most);
         let is_reserved = matches!(place_of_peer, Place::Reserved) && !socket.is_read_only();
@@ -59,7 +64,7 @@ impl Registry {
             }
         }
         let arrival = Arrival { peer, place: place.to_owned(), is_reserved };
-        match self.start(arrival, socket) {
+        match self.start(arrival, socket, account) {
             Ok(member) => self.members.add(member),
             Err(error) => {
                 if let Some(note) = self.directory.logs.admits("threads", place) {
@@ -69,9 +74,8 @@ impl Registry {
         }
     }
 
-    fn start(&self, arrival: Arrival, socket: Socket) -> std::io::Result<Member> {
+    fn start(&self, arrival: Arrival, socket: Socket, account: Arc<Account>) -> std::io::Result<Member> {
         let (wake, wakes) = bounded(1);
-        let account = Account::part_of(&self.directory.memory.peers);
         let connection = Arc::new(Connection::new(arrival, socket, wake, account));
         let named = |what: &str| thread::Builder::new().name(what.to_owned()).stack_size(STACK);
         let (directory, members) = (Arc::clone(&self.directory), Arc::clone(&self.members));

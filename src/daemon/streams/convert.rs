@@ -196,7 +196,7 @@ pub fn refusal_code(refusal: &Refusal) -> wire::RefusalCode {
         Refusal::Coordinate(_) => wire::RefusalCode::Coordinate,
         Refusal::NoTime => wire::RefusalCode::NoTime,
         Refusal::TimeNotFinite(_) => wire::RefusalCode::TimeNotFinite,
-        Refusal::TooLate { .. } => wire::RefusalCode::TooLate,
+        Refusal::TooLate { .. } | Refusal::Unconfirmed { .. } | Refusal::Outdated { .. } => wire::RefusalCode::TooLate,
         Refusal::NotThere { .. } => wire::RefusalCode::NotThere,
         Refusal::Full(_) => wire::RefusalCode::StreamFull,
     }

@@ -22,7 +22,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crossbeam_channel::{Receiver, Sender, bounded};
-use hopes::topology::{Options, TrackOptions};
+use hopes::topology::{Exact, Options, TrackOptions, Window};
 use hopes_protocol as wire;
 
 use super::convert;
@@ -198,7 +198,7 @@ impl Directory {
         state.engines.retain(|engine| !engine.is_finished());
         state.engines.push(handle);
         self.roster.insert(&stream);
-        tracing::debug!("stream {name:?} opened: {:?}", stream.state.options);
+        tracing::debug!("stream {name:?} opened: {}", in_words(stream.state.options));
         Ok(stream)
     }
 
@@ -347,10 +347,22 @@ fn check_same_options(open: &wire::Open, options: Options, stream: &Stream) -> R
     let is_other = open.window.is_some() && options.window != has.window
         || open.resolution.is_some() && options.resolution != has.resolution;
     if is_other {
-        let text = format!("stream {:?} has {has:?}: open it so, or without options", open.name);
+        let text = format!("stream {:?} has {}: open it so, or without options", open.name, in_words(has));
         return Err(OpenError { code: wire::ErrorCode::OtherOptions, text });
     }
     Ok(())
+}
+
+/// Options as the command line has them.
+fn in_words(options: Options) -> String {
+    let window = match options.window {
+        Window::All => "all".to_owned(),
+        Window::Points(number) => format!("points:{number}"),
+        Window::Frames(number) => format!("frames:{number}"),
+        Window::Time(length) => format!("time:{}", Exact(length)),
+    };
+    let grid = options.resolution.map_or("none".to_owned(), |step| Exact(step).to_string());
+    format!("window {window}, resolution {grid}")
 }
 
 /// Announces a new stream to all watchers that match. A watcher that comes from here on finds the stream by itself.

@@ -4,7 +4,8 @@
 //! each view's changes on its log, frames for the output.
 //! Invariants:
 //! * Nothing is computed while nobody follows the stream. A frame is computed once, when it is closed, for everybody.
-//! * Points of a producer join the stream at the producer's commit, unless the stream closes its frames by itself.
+//! * Points of a producer join the stream at the producer's commit, unless the stream closes its frames by itself. In
+//!   a time window all points wait for the end of their frame, which dates those without a time.
 //! * Every frame of a view starts from the one before. What is refused is counted in the frame that it was meant for.
 //! * The engine never waits for a consumer. It takes no further points while the output is not read, and serves
 //!   consumers meanwhile.
@@ -12,6 +13,7 @@
 //!
 //! Must not know: parsing, sockets, connections.
 
+mod commits;
 mod feeding;
 mod request_share;
 mod stage_clock;
@@ -88,7 +90,10 @@ pub struct Engine {
     rejected: u64,
     /// Points taken since the last frame.
     points: u64,
-    /// What producers have not committed.
+    /// Points refused since then because they are outside the time window. A frame that closes after so many points
+    /// closes after as many of these too: only a commit can move the window to them.
+    outside: u64,
+    /// What is not committed.
     uncommitted: Uncommitted,
     /// Whether anything came since the last frame.
     pending: bool,
@@ -136,6 +141,7 @@ impl Engine {
             uncommitted,
             rejected: 0,
             points: 0,
+            outside: 0,
             pending: false,
             newest_time: None,
             worked: Duration::ZERO,
@@ -168,7 +174,7 @@ impl Engine {
         while !self.is_over {
             let resting = self.serve_requests();
             if ticks.try_recv().is_ok() {
-                self.close_frame(None)?;
+                self.close_by_itself()?;
             }
             match self.stream.queue.pop() {
                 Some(item) => {
@@ -183,7 +189,7 @@ impl Engine {
                     select! {
                         recv(self.wakes) -> _ => {}
                         recv(rested) -> _ => {}
-                        recv(ticks) -> _ => self.close_frame(None)?,
+                        recv(ticks) -> _ => self.close_by_itself()?,
                     }
                 }
             }
@@ -199,12 +205,14 @@ impl Engine {
             return Ok(());
         }
         let is_first = self.pipeline.committed() == 0 && self.output.is_some();
-        if self.pending || is_first { self.close_frame(None) } else { Ok(()) }
+        if self.pending || is_first { self.close_by_itself() } else { Ok(()) }
     }
 
     /// Tells of points that are in no frame.
     fn tell_left_out(&self) {
-        let (points, name) = (self.points + self.uncommitted.point_count(), &self.stream.state.name);
+        // In a time window, all points of the frame in hand wait.
+        let joined = if self.is_timed() { 0 } else { self.points };
+        let (points, name) = (joined + self.uncommitted.point_count(), &self.stream.state.name);
         if points > 0 {
             tracing::info!("stream {name:?}: {points} points after the last frame are left out: nothing closed it");
         }
@@ -250,7 +258,7 @@ impl Engine {
         let number = self.pipeline.commit(time.or(self.newest_time));
         let fed = std::mem::take(&mut self.worked) + begun.elapsed();
         let rejected = std::mem::take(&mut self.rejected);
-        (self.points, self.pending) = (0, false);
+        (self.points, self.outside, self.pending) = (0, 0, false);
         self.stream.state.stats.set_frame(number);
         let begun = Instant::now();
         let tracks = self.views.publish_tracks(&mut self.pipeline, self.output.is_some());

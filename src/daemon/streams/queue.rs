@@ -17,7 +17,7 @@ use crossbeam_channel::Sender;
 use hopes_protocol::Policy;
 
 use super::input::Input;
-use super::reply::ReplyTo;
+use super::reply::{ReplySink, ReplyTo};
 use crate::daemon::locks::{Guard, Level, Lock};
 use crate::daemon::memory::{Account, Charge};
 
@@ -28,6 +28,16 @@ pub enum Origin {
     Stdin,
     /// A producer.
     Producer(ReplyTo),
+}
+
+impl Origin {
+    /// The producer; none is stdin.
+    pub fn producer(&self) -> Option<&Arc<dyn ReplySink>> {
+        match self {
+            Self::Stdin => None,
+            Self::Producer(reply_to) => Some(reply_to.sink()),
+        }
+    }
 }
 
 /// An input and its origin.

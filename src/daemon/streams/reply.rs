@@ -87,6 +87,11 @@ pub enum RefusalReason {
 }
 
 impl RefusalReason {
+    /// Whether the point's event time is at fault, which a commit may put right for those to come.
+    pub fn is_outside_window(&self) -> bool {
+        matches!(self, Self::Refused(Refusal::TooLate { .. } | Refusal::Unconfirmed { .. } | Refusal::Outdated { .. }))
+    }
+
     fn code(&self) -> wire::RefusalCode {
         match self {
             Self::Refused(refusal) => convert::refusal_code(refusal),

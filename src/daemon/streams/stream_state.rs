@@ -79,6 +79,17 @@ impl StreamState {
         }
     }
 
+    /// What is measured of it beyond its status.
+    pub fn measured(&self) -> Measured {
+        let stats = &self.stats;
+        Measured {
+            name: self.name.clone(),
+            refused_late: stats.refused_late.load(Ordering::Relaxed),
+            restarts: stats.restarts.load(Ordering::Relaxed),
+            times: stats.times.clone(),
+        }
+    }
+
     /// Its entry in a list of streams.
     pub fn info(&self, producers: usize) -> wire::StreamInfo {
         let stats = &self.stats;
@@ -97,6 +108,19 @@ impl StreamState {
     }
 }
 
+/// What is measured of a stream beyond its status.
+#[derive(Clone, Debug, Default)]
+pub struct Measured {
+    /// The stream's name.
+    pub name: String,
+    /// Points and retractions that were accepted, and refused at their commit.
+    pub refused_late: u64,
+    /// How often the time window has started anew.
+    pub restarts: u64,
+    /// How long frames take.
+    pub times: FrameTimes,
+}
+
 /// What is counted of a stream.
 #[derive(Debug, Default)]
 pub struct Stats {
@@ -111,8 +135,12 @@ pub struct Stats {
     pub computed: AtomicU64,
     /// Points accepted.
     pub accepted: AtomicU64,
-    /// Points refused.
+    /// Points refused when they came.
     pub refused: AtomicU64,
+    /// Points and retractions that were accepted, and refused at their commit.
+    pub refused_late: AtomicU64,
+    /// How often the time window has started anew.
+    pub restarts: AtomicU64,
     /// Frames that a consumer got merged with others.
     pub lagged: AtomicU64,
     /// How long frames take.

@@ -172,8 +172,19 @@ impl Gray {
     }
 }
 
+/// The decoder's reason, in words. Texts of its own it quotes as Rust does.
+fn jpeg_reason(error: &zune_jpeg::errors::DecodeErrors) -> String {
+    use zune_jpeg::errors::DecodeErrors;
+    match error {
+        DecodeErrors::Format(reason) => reason.clone(),
+        DecodeErrors::FormatStatic(reason) => (*reason).to_owned(),
+        DecodeErrors::ExhaustedData => "its data end too early".to_owned(),
+        other => other.to_string(),
+    }
+}
+
 fn jpeg(bytes: &[u8]) -> Result<(GrayImage, Orientation), DecodeError> {
-    let damaged = |error: zune_jpeg::errors::DecodeErrors| DecodeError::Jpeg(format!("{error:?}"));
+    let damaged = |error: zune_jpeg::errors::DecodeErrors| DecodeError::Jpeg(jpeg_reason(&error));
     let options = DecoderOptions::default()
         .set_max_width(LONGEST_SIDE)
         .set_max_height(LONGEST_SIDE)

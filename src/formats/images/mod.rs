@@ -10,4 +10,5 @@ pub mod files;
 pub mod finder;
 mod image;
 mod orientation;
+pub mod photo;
 pub mod video;

@@ -189,22 +189,20 @@ pub enum BadLineReason {
         found: Excerpt,
     },
     /// A number has a comma, where a comma separates columns.
-    #[error("{found} has a comma: write {decimal} if it is decimal, {whole} if it marks thousands")]
+    #[error("{found} has a comma: write {} if it is decimal, {} if it marks thousands", meant[0], meant[1])]
     Comma {
         /// The field.
         found: Excerpt,
-        /// With a point.
-        decimal: Excerpt,
-        /// Without the comma.
-        whole: Excerpt,
+        /// With a point in the place of the comma, and without it.
+        meant: Box<[Excerpt; 2]>,
     },
     /// A number is written in groups of digits.
-    #[error("{found} has marks of thousands: write {whole}")]
+    #[error("{found} has marks of thousands: write {meant}")]
     Thousands {
         /// The field.
         found: Excerpt,
         /// Without the marks.
-        whole: Excerpt,
+        meant: Box<Excerpt>,
     },
     /// A number has another sign than the hyphen.
     #[error("{found} has a minus sign that is no hyphen: write {meant}")]
@@ -212,7 +210,7 @@ pub enum BadLineReason {
         /// The field.
         found: Excerpt,
         /// With a hyphen.
-        meant: Excerpt,
+        meant: Box<Excerpt>,
     },
     /// A field has a byte that no text has.
     #[error("{found} has NUL bytes: this is no text, or not in UTF-8, as with iconv -f UTF-16LE -t UTF-8")]

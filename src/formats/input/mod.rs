@@ -39,10 +39,11 @@ mod text;
 #[cfg(test)]
 mod tests;
 
-pub use columns::Columns;
+pub use columns::{Columns, ColumnsError};
 pub use error::ReadError;
 pub use excerpt::Excerpt;
 pub use format::{Format, opened};
 pub use lines::{Line, Lines};
 pub use reader::{Limits, Reader};
 pub use record::Record;
+pub use text::Choice;

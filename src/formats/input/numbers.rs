@@ -61,12 +61,12 @@ fn reason(field: &str) -> BadLineReason {
     if field.is_empty() {
         BadLineReason::EmptyColumn
     } else if let Some(decimal) = decimal(field) {
-        let whole = Excerpt::of(field.replace(',', "").as_bytes());
-        BadLineReason::Comma { found, decimal: Excerpt::of(decimal.as_bytes()), whole }
+        let meant = [decimal, field.replace(',', "")].map(|meant| Excerpt::of(meant.as_bytes()));
+        BadLineReason::Comma { found, meant: Box::new(meant) }
     } else if let Some(whole) = without_thousands(field) {
-        BadLineReason::Thousands { found, whole: Excerpt::of(whole.as_bytes()) }
+        BadLineReason::Thousands { found, meant: Box::new(Excerpt::of(whole.as_bytes())) }
     } else if let Some(meant) = minus(field) {
-        BadLineReason::Minus { found, meant: Excerpt::of(meant.as_bytes()) }
+        BadLineReason::Minus { found, meant: Box::new(Excerpt::of(meant.as_bytes())) }
     } else if field.contains('\0') {
         BadLineReason::Nul { found }
     } else {

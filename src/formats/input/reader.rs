@@ -18,7 +18,7 @@ use super::jsonl::{self, Faults};
 use super::lines::{BYTE_ORDER_MARK, Line, Lines};
 use super::record::{Parsed, Record};
 use super::separator::without_comment;
-use super::text::{Table, UnknownName};
+use super::text::{Choice, Table, UnknownName};
 
 /// What a reader does not exceed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,17 +75,18 @@ impl<R: Read> Reader<R> {
     /// The source fails, or a chosen column is not in the header of the table. After a failure of
     /// the source nothing is lost, and the reader may be asked again.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>, ReadError> {
-        let number = self.lines.number();
-        if let Some(fault) = self.content.take_fault() {
-            return Ok(Some(Record::Bad(fault.on_line(number))));
+        // Nearly all lines are points, and pay nothing for those that are not.
+        if self.content.has_fault() {
+            let number = self.lines.number();
+            return Ok(self.content.take_fault().map(|fault| Record::Bad(fault.on_line(number))));
         }
-        let parsed = match self.held.take() {
-            Some(held) => Some(held),
-            None => self.parse_line()?,
-        };
-        if let Some(bad) = self.content.take_rejected(parsed.is_none()) {
+        let parsed = if self.held.is_some() { self.held.take() } else { self.parse_line()? };
+        if parsed.is_none() {
+            self.content.finish();
+        }
+        if self.content.has_rejected() {
             self.held = parsed;
-            return Ok(Some(Record::Bad(bad)));
+            return Ok(self.content.take_rejected().map(Record::Bad));
         }
         Ok(parsed.map(|parsed| parsed.into_record(self.lines.number(), &self.points)))
     }
@@ -130,7 +131,7 @@ impl<R: Read> Reader<R> {
     }
 
     /// What the header has chosen, or that a comment may be a row, for people; once, after it is known.
-    pub fn take_choice(&mut self) -> Option<String> {
+    pub fn take_choice(&mut self) -> Option<Choice> {
         match &mut self.content {
             Content::Table(table) => table.take_choice(),
             Content::Foreign(foreign) => foreign.take_choice(),
@@ -177,12 +178,20 @@ impl<R: Read> Reader<R> {
 }
 
 impl Content {
-    /// A line that was taken for a header, and is none.
-    fn take_rejected(&mut self, is_at_end: bool) -> Option<BadLine> {
-        let Self::Table(table) = self else { return None };
-        if is_at_end {
+    /// The source has ended.
+    fn finish(&mut self) {
+        if let Self::Table(table) = self {
             table.finish();
         }
+    }
+
+    fn has_rejected(&self) -> bool {
+        matches!(self, Self::Table(table) if table.has_rejected())
+    }
+
+    /// A line that was taken for a header, and is none.
+    fn take_rejected(&mut self) -> Option<BadLine> {
+        let Self::Table(table) = self else { return None };
         table.take_rejected()
     }
 

@@ -174,7 +174,7 @@ fn what_the_header_has_chosen_is_told_once() {
         let mut reader = Reader::new(input.as_bytes(), Format::Text, Columns::default(), Limits::default());
         let mut told = Vec::new();
         while reader.next_record().unwrap().is_some() {
-            told.extend(reader.take_choice());
+            told.extend(reader.take_choice().map(|choice| choice.text));
         }
         told
     };

@@ -12,7 +12,7 @@ use super::error::{BadLine, BadLineReason, Fault, Field};
 use super::excerpt::Excerpt;
 use super::numbers;
 use super::record::Parsed;
-use super::separator::Separator;
+use super::separator::{Fields, Separator};
 
 /// What is known of a table.
 #[derive(Debug)]
@@ -27,8 +27,17 @@ pub(super) struct Table {
     /// A line that was taken for a header, and is none.
     rejected: Option<BadLine>,
     /// What was chosen, for people, until somebody asks.
-    choice: Option<String>,
+    choice: Option<Choice>,
     has_told_of_row: bool,
+}
+
+/// What was chosen without being asked for, for people.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// In words.
+    pub text: String,
+    /// The names of the columns of x and y, if names were the reason.
+    pub names: Vec<String>,
 }
 
 #[derive(Debug)]
@@ -53,9 +62,13 @@ struct Candidate {
 }
 
 /// The numbers of one line.
-struct Row {
+struct Row<'a> {
     point: [f64; 2],
     time: Option<f64>,
+    /// The fields up to the last that was chosen.
+    seen: usize,
+    /// Those after it.
+    rest: Fields<'a>,
 }
 
 /// A column was chosen by a name that the header does not have.
@@ -129,9 +142,10 @@ impl Table {
         if Separator::candidates(text).any(|separator| row(places, text, separator).is_ok()) {
             self.has_told_of_row = true;
             let shown = Excerpt::of(format!("#{text}").as_bytes());
-            self.choice = Some(format!(
+            let text = format!(
                 "line {number}: {shown} is taken for a comment: if it is a row, choose columns that are numbers"
-            ));
+            );
+            self.choice = Some(Choice { text, names: Vec::new() });
         }
     }
 
@@ -146,13 +160,17 @@ impl Table {
         }
     }
 
+    pub(super) fn has_rejected(&self) -> bool {
+        self.rejected.is_some()
+    }
+
     /// A line before the last one, which was taken for a header and is none.
     pub(super) fn take_rejected(&mut self) -> Option<BadLine> {
         self.rejected.take()
     }
 
     /// What was chosen by the header, or left out as a comment, once.
-    pub(super) fn take_choice(&mut self) -> Option<String> {
+    pub(super) fn take_choice(&mut self) -> Option<Choice> {
         self.choice.take()
     }
 
@@ -208,34 +226,37 @@ impl Table {
         Ok(Parsed::Nothing)
     }
 
-    fn row(&mut self, places: Places, line: &str) -> Result<Row, Fault> {
+    #[inline]
+    fn row<'a>(&mut self, places: Places, line: &'a str) -> Result<Row<'a>, Fault> {
         let row = match self.separator {
             Some(separator) => row(places, line, separator),
             None => self.first_row(places, line),
         }?;
-        self.check_width(line)?;
-        Ok(row)
+        match self.width {
+            Some(width) => check_width(row, width),
+            None => Ok(row),
+        }
     }
 
     /// Reads a line before the separator is known, which it is from then on if the line is good.
-    fn first_row(&mut self, places: Places, line: &str) -> Result<Row, Fault> {
+    #[cold]
+    fn first_row<'a>(&mut self, places: Places, line: &'a str) -> Result<Row<'a>, Fault> {
         let fits = |separator| row(places, line, separator).is_ok();
         let separator = Separator::fitting(line, fits);
         let row = row(places, line, separator)?;
         self.separator = Some(separator);
         Ok(row)
     }
+}
 
-    /// A row with more columns than its header is not what the header says. Empty ones at its end say nothing.
-    fn check_width(&self, line: &str) -> Result<(), Fault> {
-        let (Some(header), Some(separator)) = (self.width, self.separator) else { return Ok(()) };
-        let mut beyond = separator.split(line).skip(header);
-        if beyond.all(str::is_empty) {
-            return Ok(());
-        }
-        let columns = separator.split(line).count();
-        Err(Fault::of_line(BadLineReason::TooManyColumns { columns, header }))
+/// A row with more columns than its header is not what the header says. Empty ones at its end say nothing.
+fn check_width(row: Row<'_>, header: usize) -> Result<Row<'_>, Fault> {
+    let beyond = row.rest.clone().skip(header.saturating_sub(row.seen));
+    if row.seen <= header && beyond.clone().all(str::is_empty) {
+        return Ok(row);
     }
+    let columns = row.seen + row.rest.count();
+    Err(Fault::of_line(BadLineReason::TooManyColumns { columns, header }))
 }
 
 /// Whether two lines have as many columns. Empty ones at the end count if both lines have them.
@@ -245,12 +266,15 @@ fn are_as_wide(separator: Separator, header: &str, next: &str) -> bool {
     count(header) == count(next) || last(header) == last(next)
 }
 
-/// What was chosen, for people.
-fn choice(places: Places, separator: Separator, header: &str) -> String {
-    let name = |place| Excerpt::of(separator.split(header).nth(place).unwrap_or_default().trim().as_bytes());
-    let (x, y) = (name(places.x), name(places.y));
-    let time = places.time.map(|place| format!(", t is column {} {}", place + 1, name(place))).unwrap_or_default();
-    format!("the header names columns: x is column {} {x}, y is column {} {y}{time}", places.x + 1, places.y + 1)
+/// What a header has chosen.
+fn choice(places: Places, separator: Separator, header: &str) -> Choice {
+    let name = |place| separator.split(header).nth(place).unwrap_or_default();
+    let shown = |place| Excerpt::of(name(place).as_bytes());
+    let time = places.time.map(|place| format!(", t is column {} {}", place + 1, shown(place))).unwrap_or_default();
+    let (x, y) = (shown(places.x), shown(places.y));
+    let text =
+        format!("the header names columns: x is column {} {x}, y is column {} {y}{time}", places.x + 1, places.y + 1);
+    Choice { text, names: [places.x, places.y].map(|place| name(place).to_owned()).to_vec() }
 }
 
 fn place_of(name: &str, header: &str, separator: Separator) -> Option<usize> {
@@ -258,22 +282,24 @@ fn place_of(name: &str, header: &str, separator: Separator) -> Option<usize> {
 }
 
 /// The fields of a line that were chosen.
-#[derive(Default)]
 struct Chosen<'a> {
     x: Option<&'a str>,
     y: Option<&'a str>,
     time: Option<&'a str>,
     /// How many fields were looked at: all there are, if a chosen one is missing.
     seen: usize,
+    /// The other fields.
+    rest: Fields<'a>,
 }
 
 impl<'a> Chosen<'a> {
     #[inline]
     fn of(places: Places, line: &'a str, separator: Separator) -> Self {
         let last = places.x.max(places.y).max(places.time.unwrap_or(0));
-        let mut chosen = Self::default();
-        for (place, field) in separator.split(line).enumerate() {
-            chosen.seen = place + 1;
+        let mut chosen = Self { x: None, y: None, time: None, seen: 0, rest: separator.split(line) };
+        while let Some(field) = chosen.rest.next() {
+            let place = chosen.seen;
+            chosen.seen += 1;
             if place == places.x {
                 chosen.x = Some(field);
             }
@@ -295,7 +321,8 @@ impl<'a> Chosen<'a> {
     }
 }
 
-fn row(places: Places, line: &str, separator: Separator) -> Result<Row, Fault> {
+#[inline]
+fn row(places: Places, line: &str, separator: Separator) -> Result<Row<'_>, Fault> {
     let chosen = Chosen::of(places, line, separator);
     let fault = |place: usize, reason| Fault::at(Field::Column(place + 1), reason);
     let missing = |place| fault(place, BadLineReason::MissingColumn { columns: chosen.seen, separator });
@@ -303,10 +330,11 @@ fn row(places: Places, line: &str, separator: Separator) -> Result<Row, Fault> {
         numbers::number(field.ok_or_else(|| missing(place))?, separator).map_err(|reason| fault(place, reason))
     };
     let point = [coordinate(chosen.x, places.x)?, coordinate(chosen.y, places.y)?];
-    let Some(place) = places.time else { return Ok(Row { point, time: None }) };
-    let time = chosen.time.ok_or_else(|| missing(place))?;
-    let time = numbers::time(time, separator).map_err(|reason| fault(place, reason))?;
-    Ok(Row { point, time: Some(time) })
+    let time = |place| {
+        numbers::time(chosen.time.ok_or_else(|| missing(place))?, separator).map_err(|reason| fault(place, reason))
+    };
+    let time = places.time.map(time).transpose()?;
+    Ok(Row { point, time, seen: chosen.seen, rest: chosen.rest })
 }
 
 /// Whether a line that is not a row may be a header: cut as is likeliest it has something in a

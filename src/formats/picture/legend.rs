@@ -106,7 +106,8 @@ fn samples(scene: &Scene<'_>) -> Vec<Sample> {
     samples
 }
 
-fn draw_scale_bar(page: &mut Page, plane: Rect, scale: f64) {
+/// Draws a bar of round length below a panel, at its right end.
+pub(super) fn draw_scale_bar(page: &mut Page, plane: Rect, scale: f64) {
     let (digit, power) = round_step(SCALE_BAR / 2.0 * plane.width / scale);
     let length = f64::from(digit) * 10f64.powi(power);
     let (right, y) = (plane.right(), plane.bottom() + 20.0);

@@ -14,11 +14,12 @@
 //!
 //! Data flows from the `scene` to the page: `plane`, `diagram` (with `scale` and `strips`) and `legend` draw,
 //! `words` has the texts, all of it on the `canvas`; `raster` makes pixels of it (feature `png`). `barcode`, which
-//! draws lives, needs no scene.
+//! draws lives, needs no scene. `figure` has panels side by side, of the same parts.
 
 mod barcode;
 mod canvas;
 mod diagram;
+mod figure;
 mod legend;
 mod plane;
 #[cfg(feature = "png")]
@@ -36,6 +37,7 @@ use scene::Scene;
 
 pub use barcode::{Bar, Barcode, Link, LinkKind, barcode};
 pub use canvas::numbers::count;
+pub use figure::{Backdrop, Figure, Panel, figure};
 #[cfg(feature = "png")]
 pub use raster::png;
 pub use scene::Simplified;

@@ -56,14 +56,15 @@ fn weight(marks: usize, area: f64) -> f64 {
 }
 
 /// The cloud in its panel.
-struct Plane<'a> {
-    scene: &'a Scene<'a>,
-    camera: Camera,
-    area: f64,
+pub(super) struct Plane<'a> {
+    pub(super) scene: &'a Scene<'a>,
+    pub(super) camera: Camera,
+    /// Square pixels of the panel.
+    pub(super) area: f64,
 }
 
 impl Plane<'_> {
-    fn draw_original(&self, page: &mut Page) {
+    pub(super) fn draw_original(&self, page: &mut Page) {
         self.draw_holes(page);
         self.draw_tree(page);
         self.draw_points(page);
@@ -90,7 +91,7 @@ impl Plane<'_> {
         page.path(&data, format_args!("class=\"tree\" {TREE_STYLE} stroke-width=\"{width:.2}\""));
     }
 
-    fn draw_points(&self, page: &mut Page) {
+    pub(super) fn draw_points(&self, page: &mut Page) {
         let vertices = self.scene.skeleton.vertices();
         let places = vertices.iter().map(|vertex| self.camera.place(vertex.position.xy()));
         let data = Grid::new(vertices.len(), self.area).dots(places);
@@ -122,7 +123,7 @@ impl Plane<'_> {
         Grid::new(marks, self.area).segments(edges.map(ends))
     }
 
-    fn draw_simplified(&self, page: &mut Page, positions: &[[f64; 2]], edges: &[[u32; 2]]) {
+    pub(super) fn draw_simplified(&self, page: &mut Page, positions: &[[f64; 2]], edges: &[[u32; 2]]) {
         let weight = weight(edges.len(), self.area);
         let place = |end: u32| self.camera.place(positions[end as usize]);
         let data = Grid::new(edges.len(), self.area).segments(edges.iter().map(|edge| edge.map(place)));

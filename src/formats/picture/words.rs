@@ -44,7 +44,8 @@ pub(super) fn facts(scene: &Scene<'_>) -> String {
     facts.join(" \u{b7} ")
 }
 
-fn parameters(scene: &Scene<'_>) -> Option<String> {
+/// Numbers that say how the view was chosen, if any did.
+pub(super) fn parameters(scene: &Scene<'_>) -> Option<String> {
     match scene.view.spec {
         ViewSpec::Full => None,
         ViewSpec::Reduced { alpha } => Some(format!("alpha = {}", short(alpha))),

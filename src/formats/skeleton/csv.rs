@@ -10,7 +10,7 @@ use std::io::{self, Write};
 
 use hopes::topology::Edge;
 
-use super::Answer;
+use super::{Answer, Cell};
 
 /// Writes the table.
 pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
@@ -22,13 +22,14 @@ pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
     for &index in &answer.view.critical {
         let dot = &answer.skeleton.dots()[index as usize];
         write_edge(answer, out, "critical", dot.edge)?;
-        writeln!(out, ",{},{},{}", dot.birth, dot.death, dot.persistence())?;
+        let [birth, death, persistence] = [dot.birth, dot.death, dot.persistence()].map(Cell);
+        writeln!(out, ",{birth},{death},{persistence}")?;
     }
     Ok(())
 }
 
 fn write_edge(answer: &Answer, out: &mut impl Write, kind: &str, edge: Edge) -> io::Result<()> {
     let [i, j] = edge;
-    let [[x1, y1], [x2, y2]] = answer.segment(edge);
-    write!(out, "{kind},{i},{j},{x1},{y1},{x2},{y2},{}", answer.skeleton.length(edge))
+    let [[x1, y1], [x2, y2]] = answer.segment(edge).map(|end| end.map(Cell));
+    write!(out, "{kind},{i},{j},{x1},{y1},{x2},{y2},{}", Cell(answer.skeleton.length(edge)))
 }

@@ -4,12 +4,13 @@
 //! Out: a FeatureCollection: the vertices as one MultiPoint; the tree as one MultiLineString; every critical edge
 //! as a LineString and its hole's centre as a Point, both with the label; the simplified view, if asked for, as one
 //! more MultiLineString.
-//! Invariants: coordinates are written as they are. For a map they must be longitudes and latitudes.
+//! Invariants: coordinates are written as they are, but as degrees where metres were made of degrees. For a map they
+//! must be longitudes and latitudes. Births, deaths and thresholds are in the units of the skeleton.
 //! Must not know: files.
 
 use std::io::{self, Write};
 
-use hopes::topology::Dot;
+use hopes::topology::{Dot, Edge};
 use serde_json::{Value, json};
 
 use super::Answer;
@@ -27,8 +28,9 @@ pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn features<'a>(answer: &'a Answer<'a>) -> impl Iterator<Item = Value> + 'a {
-    let vertices: Vec<[f64; 2]> = answer.skeleton.vertices().iter().map(|vertex| vertex.position.xy()).collect();
-    let tree: Vec<[[f64; 2]; 2]> = answer.view.tree.iter().map(|&edge| answer.segment(edge)).collect();
+    let vertices: Vec<[f64; 2]> =
+        answer.skeleton.vertices().iter().map(|vertex| place(answer, vertex.position.xy())).collect();
+    let tree: Vec<[[f64; 2]; 2]> = answer.view.tree.iter().map(|&edge| segment(answer, edge)).collect();
     let whole = [
         feature("MultiPoint", json!(vertices), json!({"role": "vertices"})),
         feature("MultiLineString", json!(tree), json!({"role": "tree", "components": answer.view.components})),
@@ -42,16 +44,25 @@ fn of_dot(answer: &Answer, dot: &Dot) -> [Value; 2] {
     let label =
         |role: &str| json!({"role": role, "birth": dot.birth, "death": dot.death, "persistence": dot.persistence()});
     [
-        feature("LineString", json!(answer.segment(dot.edge)), label("critical")),
-        feature("Point", json!(hole.center), label("hole")),
+        feature("LineString", json!(segment(answer, dot.edge)), label("critical")),
+        feature("Point", json!(place(answer, hole.center)), label("hole")),
     ]
 }
 
 fn simplified(answer: &Answer) -> Option<Value> {
     let (threshold, simplified) = answer.simplified?;
-    let at = |vertex: u32| simplified.positions[vertex as usize];
+    let at = |vertex: u32| place(answer, simplified.positions[vertex as usize]);
     let lines: Vec<[[f64; 2]; 2]> = simplified.edges.iter().map(|edge| edge.map(at)).collect();
     Some(feature("MultiLineString", json!(lines), json!({"role": "simplified", "threshold": threshold})))
+}
+
+/// Where a map has a point.
+fn place(answer: &Answer, point: [f64; 2]) -> [f64; 2] {
+    answer.projection.map_or(point, |projection| projection.degrees(point))
+}
+
+fn segment(answer: &Answer, edge: Edge) -> [[f64; 2]; 2] {
+    answer.segment(edge).map(|end| place(answer, end))
 }
 
 fn feature(kind: &str, coordinates: Value, properties: Value) -> Value {

@@ -24,6 +24,10 @@ pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
     let skeleton = answer.skeleton;
     let points = skeleton.vertices().len();
     write!(out, "{{\"points\":{points},\"duplicates\":{},\"rejected\":{},", answer.duplicates, answer.rejected)?;
+    if let Some(projection) = answer.projection {
+        let [longitude, latitude] = projection.origin().map(number);
+        write!(out, "\"origin\":[{longitude},{latitude}],")?;
+    }
     out.write_all(b"\"vertices\":")?;
     write_list(out, skeleton.vertices(), |vertex| vertex.position.xy())?;
     out.write_all(b",\"dots\":")?;

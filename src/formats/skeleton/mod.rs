@@ -7,14 +7,17 @@
 //! Must not know: where the bytes go.
 
 mod csv;
+mod dots;
 mod geojson;
 mod json;
 
+use std::fmt;
 use std::io::{self, Write};
 
-use hopes::topology::{Edge, Simplified, Skeleton, View};
+use hopes::topology::{Edge, Exact, Simplified, Skeleton, View};
 
 use super::picture;
+use super::projection::Projection;
 
 /// Everything that can be said of a cloud.
 #[derive(Clone, Copy)]
@@ -31,6 +34,8 @@ pub struct Answer<'a> {
     pub duplicates: u64,
     /// Lines and points that could not be used.
     pub rejected: u64,
+    /// How metres were made of degrees, if that was so.
+    pub projection: Option<&'a Projection>,
 }
 
 impl Answer<'_> {
@@ -40,6 +45,16 @@ impl Answer<'_> {
 
     fn segment(&self, edge: Edge) -> [[f64; 2]; 2] {
         edge.map(|vertex| self.position(vertex))
+    }
+}
+
+/// A number of a table; nothing if it is not finite.
+#[derive(Clone, Copy)]
+struct Cell(f64);
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_finite() { Exact(self.0).fmt(f) } else { Ok(()) }
     }
 }
 
@@ -55,6 +70,8 @@ pub enum OutputFormat {
     Png,
     /// A table of the view's edges.
     Csv,
+    /// A table of the persistence diagram.
+    Dots,
     /// The view's edges as features for maps.
     Geojson,
 }
@@ -74,8 +91,25 @@ impl OutputFormat {
             Self::Json => json::write(answer, out)?,
             Self::Csv => csv::write(answer, out)?,
             Self::Geojson => geojson::write(answer, out)?,
-            Self::Svg => out.write_all(drawing(answer).as_bytes())?,
-            Self::Png => out.write_all(&pixels(&drawing(answer))?)?,
+            Self::Dots => dots::write(answer, out)?,
+            Self::Svg | Self::Png => return self.write_drawing(&drawing(answer), out),
+        }
+        out.flush()
+    }
+
+    /// Whether it is a picture.
+    pub fn is_picture(self) -> bool {
+        matches!(self, Self::Svg | Self::Png)
+    }
+
+    /// Writes a picture that is drawn already, as SVG, in pixels where this form is PNG.
+    ///
+    /// # Errors
+    /// As [`OutputFormat::write`].
+    pub fn write_drawing(self, drawing: &str, out: &mut impl Write) -> io::Result<()> {
+        match self {
+            Self::Png => out.write_all(&pixels(drawing)?)?,
+            _ => out.write_all(drawing.as_bytes())?,
         }
         out.flush()
     }

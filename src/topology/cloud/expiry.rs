@@ -6,6 +6,7 @@
 //! Must not know: how vertices are found by position.
 
 use super::refusal::Refusal;
+use super::staging::Staging;
 use super::store::Cloud;
 use super::window::{Arrival, Window};
 
@@ -34,24 +35,16 @@ impl Cloud {
         })
     }
 
-    /// Whether a point may have this time, if `staged` is the newest of those that wait with it. Returns the newest of
-    /// all three that wait. Nothing changes.
-    pub(super) fn check_time(&self, time: Option<f64>, staged: Option<f64>) -> Result<Option<f64>, Refusal> {
-        let newest = |times: [Option<f64>; 3]| times.into_iter().flatten().reduce(f64::max);
-        if let Some(time) = time {
-            if !time.is_finite() {
-                return Err(Refusal::TimeNotFinite(time));
-            }
-            let oldest = self.window_start(newest([self.newest_time, staged, Some(time)]).unwrap_or(time));
-            if time < oldest {
-                return Err(Refusal::TooLate { time, oldest });
-            }
+    /// Whether a point may wait with this time.
+    pub(super) fn check_time(&self, staging: &mut Staging, time: Option<f64>) -> Result<(), Refusal> {
+        let Some(time) = time else { return Ok(()) };
+        if !time.is_finite() {
+            return Err(Refusal::TimeNotFinite(time));
         }
-        let is_unknown = newest([self.newest_time, staged, time]).is_none();
-        if matches!(self.window, Window::Time(_)) && is_unknown {
-            return Err(Refusal::NoTime);
+        match self.window {
+            Window::Time(_) => self.clocks.say(&mut staging.clock, self.now(), time, staging.waiting.len()),
+            _ => Ok(()),
         }
-        Ok(newest([None, staged, time]))
     }
 
     pub(super) fn note_time(&mut self, time: f64) -> Result<(), Refusal> {

@@ -4,6 +4,8 @@
 //! Out: vertices (distinct positions with ids) and changes.
 //! Must not know: triangulations, skeletons.
 
+mod admission;
+mod clocks;
 mod expiry;
 mod position;
 mod refusal;
@@ -12,10 +14,12 @@ mod store;
 mod vertex;
 mod window;
 
+pub use admission::{Admission, Restart};
+pub use clocks::Confirmation;
 pub use position::{
     Axis, CoordinateError, Located, MAX_COORDINATE, MIN_COORDINATE, Position, distance, half_length_squared,
 };
-pub use refusal::Refusal;
+pub use refusal::{CONFIRMING, Refusal};
 pub use staging::Staging;
 pub use store::Cloud;
 pub use vertex::{CloudChange, Slot, Vertex, VertexId};

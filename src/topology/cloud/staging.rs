@@ -1,7 +1,7 @@
 //! Points that wait for their commit: those of one source, kept apart from what the cloud has.
 //!
-//! In: points and retractions of a source. Out: the same to the cloud at the source's commit, or nothing if the source
-//! ends without one.
+//! In: points and retractions of a source. Out: the same to the cloud at the source's commit (see `admission`), or
+//! nothing if the source ends without one.
 //! Invariants: what waits is in no frame, but its vertices have their ids already. Sources do not see each other's
 //! points. In a window of N points, what came before the last N in a row has no effect at the commit, and is forgotten.
 //! Must not know: who the sources are.
@@ -10,6 +10,7 @@ use std::collections::VecDeque;
 
 use hashbrown::HashMap;
 
+use super::clocks::SourceClock;
 use super::position::Position;
 use super::refusal::Refusal;
 use super::store::Cloud;
@@ -19,28 +20,32 @@ use super::window::Window;
 /// What one source has sent since its last commit.
 #[derive(Clone, Debug, Default)]
 pub struct Staging {
-    waiting: VecDeque<Staged>,
+    pub(super) waiting: VecDeque<Staged>,
     /// Points among what waits.
     points: u64,
+    /// Points among these without a time of their own.
+    pub(super) undated: u64,
     /// The newest event time of these points.
     newest_time: Option<f64>,
     /// Points since the last retraction.
     run: u64,
     /// Points less retractions that wait, by position; known while a retraction waits.
     balance: Option<HashMap<Position, i64>>,
+    /// Of the source, for a time window.
+    pub(super) clock: SourceClock,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Staged {
+pub(super) enum Staged {
     Point(StagedPoint),
     Retraction(Position),
 }
 
 /// A point that waits.
 #[derive(Clone, Copy, Debug)]
-struct StagedPoint {
-    place: Awaiting,
-    time: Option<f64>,
+pub(super) struct StagedPoint {
+    pub place: Awaiting,
+    pub time: Option<f64>,
 }
 
 impl Staging {
@@ -65,10 +70,18 @@ impl Staging {
         self.waiting.capacity() * size_of::<Staged>() + balance * size_of::<(Position, i64)>()
     }
 
+    /// Takes all that waits.
+    pub(super) fn take(&mut self) -> VecDeque<Staged> {
+        let clock = std::mem::take(&mut self.clock);
+        std::mem::replace(self, Self { clock, ..Self::default() }).waiting
+    }
+
     fn push(&mut self, staged: Staged) {
         match staged {
             Staged::Point(point) => {
                 (self.points, self.run) = (self.points + 1, self.run + 1);
+                self.undated += u64::from(point.time.is_none());
+                self.newest_time = point.time.into_iter().chain(self.newest_time).reduce(f64::max);
                 if let Some(balance) = &mut self.balance {
                     *balance.entry(point.place.position).or_default() += 1;
                 }
@@ -96,15 +109,14 @@ impl Staging {
 }
 
 impl Cloud {
-    /// Has a point wait for its source's commit. Returns the vertex at its position, which may be one that is not there
-    /// yet.
+    /// Has a point wait for its source's commit, which dates it if it has no time of its own. Returns the vertex at its
+    /// position, which may be one that is not there yet.
     ///
     /// # Errors [`Refusal`]; nothing has changed then.
     pub fn stage(&mut self, staging: &mut Staging, x: f64, y: f64, time: Option<f64>) -> Result<VertexId, Refusal> {
         let position = self.place_of(x, y)?;
-        let newest = self.check_time(time, staging.newest_time)?;
+        self.check_time(staging, time)?;
         let place = self.await_point(position)?;
-        staging.newest_time = newest;
         staging.push(Staged::Point(StagedPoint { place, time }));
         self.drop_surplus(staging);
         Ok(place.vertex)
@@ -123,38 +135,12 @@ impl Cloud {
         Ok(())
     }
 
-    /// Gives the cloud what waits, in order. Returns how many points and retractions it refuses by now.
-    pub fn admit(&mut self, staging: &mut Staging) -> u64 {
-        let mut refused = 0;
-        for staged in std::mem::take(staging).waiting {
-            let is_admitted = match staged {
-                Staged::Point(point) => self.admit_point(&point).is_ok(),
-                Staged::Retraction(position) => self.retract_at(position).is_some(),
-            };
-            refused += u64::from(!is_admitted);
-        }
-        refused
-    }
-
-    /// Forgets what waits.
+    /// Forgets what waits, and its source, which has ended.
     pub fn discard(&mut self, staging: &mut Staging) {
+        self.clocks.forget(&mut staging.clock);
         for staged in std::mem::take(staging).waiting {
             if let Staged::Point(point) = staged {
                 self.give_up(&point.place);
-            }
-        }
-    }
-
-    fn admit_point(&mut self, point: &StagedPoint) -> Result<(), Refusal> {
-        match self.key(point.time) {
-            Ok(key) => {
-                let slot = self.take_awaited(&point.place)?;
-                self.arrive(slot, key);
-                Ok(())
-            }
-            Err(refusal) => {
-                self.give_up(&point.place);
-                Err(refusal)
             }
         }
     }
@@ -170,6 +156,7 @@ impl Cloud {
         while staging.waiting.len() as u64 > most.get() {
             if let Some(Staged::Point(oldest)) = staging.waiting.pop_front() {
                 staging.points -= 1;
+                staging.undated -= u64::from(oldest.time.is_none());
                 self.give_up(&oldest.place);
             }
         }

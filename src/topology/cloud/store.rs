@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use hashbrown::HashTable;
 use hashbrown::hash_table::Entry;
 
+use super::clocks::Clocks;
 use super::position::Position;
 use super::refusal::Refusal;
 use super::vertex::{Awaiting, CloudChange, Slot, Vertex, VertexId};
@@ -69,6 +70,10 @@ pub struct Cloud {
     pub(super) points: u64,
     next_id: u64,
     pub(super) newest_time: Option<f64>,
+    /// In a time window: what was believed before it last started anew.
+    pub(super) before: Option<f64>,
+    /// Of the sources of a time window.
+    pub(super) clocks: Clocks,
     pub(super) frame: u64,
 }
 
@@ -92,6 +97,8 @@ impl Cloud {
             points: 0,
             next_id: 0,
             newest_time: None,
+            before: None,
+            clocks: Clocks::new(if let Window::Time(length) = window { length } else { 0.0 }),
             frame: 1,
         }
     }
@@ -269,6 +276,7 @@ impl Cloud {
             + lists.map(Vec::capacity).iter().sum::<usize>() * size_of::<Slot>()
             + self.order.as_ref().map_or(0, Vec::len) * size_of::<(VertexId, Slot)>()
             + self.queue.bytes()
+            + self.clocks.bytes()
     }
 
     pub(super) fn place_of(&self, x: f64, y: f64) -> Result<Position, Refusal> {

@@ -26,7 +26,7 @@ use std::sync::Arc;
 use self::held::{TiledSkeleton, WholeSkeleton};
 use self::holes::cached_region;
 use self::stage::StageHook;
-use super::cloud::{Cloud, Refusal, Staging, VertexId, Window};
+use super::cloud::{Admission, Cloud, Refusal, Staging, VertexId, Window};
 use super::frames::{Change, Diagram, Follower, Frame, SimplifiedFollower, Step};
 use super::plane::basins::Basins;
 use super::plane::delaunay::Delaunay;
@@ -204,13 +204,28 @@ impl Pipeline {
         self.cloud.stage_retraction(staging, x, y)
     }
 
-    /// Feeds what waits, in order. Returns how much of it is refused by now: points that have become too late, and
-    /// retractions of what is gone.
-    pub fn feed_staged(&mut self, staging: &mut Staging) -> u64 {
-        self.cloud.admit(staging)
+    /// Feeds what waits of a source, in order, at its commit with a time. Points without a time of their own are of the
+    /// commit's; where it has none, of the newest time known. Calls `refused` for what is refused by now, with its
+    /// place in what was staged: points outside the time window, and retractions of what is gone.
+    ///
+    /// In a time window, a time that jumps ahead by more than the window, or back out of it, is believed when other
+    /// sources confirm it, or its own over a commit and [`CONFIRMING`](crate::topology::CONFIRMING) points. Until then
+    /// it moves nothing. Points that are fed without waiting are believed as they come.
+    pub fn feed_staged(
+        &mut self,
+        staging: &mut Staging,
+        time: Option<f64>,
+        refused: &mut dyn FnMut(usize, Refusal),
+    ) -> Admission {
+        self.cloud.admit(staging, time, refused)
     }
 
-    /// Forgets what waits.
+    /// The newest event time that is believed. Only time windows judge what they are told.
+    pub fn event_time(&self) -> Option<f64> {
+        self.cloud.event_time()
+    }
+
+    /// Forgets what waits of a source that has ended.
     pub fn discard_staged(&mut self, staging: &mut Staging) {
         self.cloud.discard(staging);
     }

@@ -26,10 +26,9 @@ const el = (id) => document.getElementById(id);
 class Page {
   constructor() {
     readPalette();
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    this.session = new Session(`${scheme}://${location.host}/ws`, choiceFrom(location.hash), (what) =>
-      this.onChange(what),
-    );
+    // Relative to the page, which a proxy may show below a path of its own; `http` becomes `ws`, `https` `wss`.
+    const socket = new URL("ws", location.href).href.replace(/^http/, "ws");
+    this.session = new Session(socket, choiceFrom(location.hash), (what) => this.onChange(what));
     this.tracksByLabel = new TracksByLabel();
     this.camera = new Camera(el("plane"), () => this.requestDraw());
     this.renderer = createRenderer(el("plane"), this.camera, this.tracksByLabel);

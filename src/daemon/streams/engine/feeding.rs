@@ -1,22 +1,26 @@
-//! Feeding: what an engine does with the items of its queue.
+//! Feeding: what an engine does with the points of its queue.
 //!
-//! In: points, retractions and commits of producers and of stdin. Out: the same in the pipeline, replies.
+//! In: points and retractions of producers and of stdin. Out: the same in the pipeline, or waiting for their commits;
+//! replies.
 //!
 //! Invariants: every point is counted, and answered if it is a producer's. What is refused is counted in the frame that
 //! it was meant for.
 //!
 //! Must not know: consumers, how frames are published.
 
+use std::fmt::Display;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use hopes::topology::{VertexId, Window};
+use hopes::topology::{Exact, VertexId, Window};
 
 use super::Engine;
+use super::uncommitted::Place;
+use crate::daemon::input_errors::{InputErrors, StrictStop};
 use crate::daemon::streams::error::EngineError;
 use crate::daemon::streams::input::{Batch, Input};
 use crate::daemon::streams::queue::{Item, Origin};
-use crate::daemon::streams::reply::{BatchReply, RefusalReason, ReplyTo};
+use crate::daemon::streams::reply::{BatchReply, RefusalReason};
 
 impl Engine {
     pub(super) fn take(&mut self, item: Item) -> Result<(), EngineError> {
@@ -36,80 +40,12 @@ impl Engine {
         Ok(())
     }
 
-    fn commit(&mut self, time: Option<f64>, origin: &Origin) -> Result<(), EngineError> {
-        self.feed_uncommitted(origin);
-        if let Some(Err(refusal)) = time.map(|time| self.pipeline.feed_time(time)) {
-            self.rejected += 1;
-            if matches!(origin, Origin::Stdin) {
-                self.input_errors.add(&refusal)?;
-            }
-        }
-        self.close_frame(time.filter(|time| time.is_finite()))?;
-        if let Origin::Producer(reply_to) = origin {
-            reply_to.committed(self.pipeline.committed());
-        }
-        Ok(())
-    }
-
-    /// Feeds what a producer has sent since its last commit.
-    fn feed_uncommitted(&mut self, origin: &Origin) {
-        let Origin::Producer(reply_to) = origin else { return };
-        let begun = Instant::now();
-        let fed = self.uncommitted.feed(reply_to.sink(), &mut self.pipeline);
-        self.pending |= fed.is_any;
-        self.rejected += fed.rejected;
-        self.newest_time = fed.newest_time.into_iter().chain(self.newest_time).reduce(f64::max);
-        self.worked += begun.elapsed();
-    }
-
-    /// Forgets what a producer has sent since its last commit.
-    fn discard(&mut self, origin: &Origin) {
-        let Origin::Producer(reply_to) = origin else { return };
-        let points = self.uncommitted.discard(reply_to.sink(), &mut self.pipeline);
-        if points > 0 {
-            let name = &self.stream.state.name;
-            tracing::info!("stream {name:?}: {points} points are left out: their producer has ended without a commit");
-        }
-        self.update_stats();
-    }
-
-    fn close_source(&mut self, ends_stream: bool, origin: &Origin) -> Result<(), EngineError> {
-        // What stdin has said after its last commit is a frame.
-        if matches!(origin, Origin::Stdin) && self.pending {
-            self.close_frame(None)?;
-        }
-        if ends_stream {
-            // The end of the stream is a commit of the producer that ends it.
-            self.feed_uncommitted(origin);
-            self.close_last_frame()?;
-            // A producer may open the name anew as soon as it gets the reply: the name must be free by then.
-            self.stream.queue.close();
-            self.roster.remove(&self.stream);
-            self.is_over = true;
-        }
-        self.discard(origin);
-        if let Origin::Producer(reply_to) = origin {
-            self.stream.remove_producer(reply_to.sink());
-            reply_to.sink().close(self.pipeline.committed());
-        }
-        let (accepted, rejected) =
-            (self.stream.state.stats.accepted.load(Ordering::Relaxed), self.input_errors.count());
-        if ends_stream && accepted == 0 && rejected > 0 {
-            return Err(EngineError::NothingUsable { rejected });
-        }
-        Ok(())
-    }
-
-    /// Whether the stream's frames are closed by its producers alone.
-    fn has_commits_only(&self) -> bool {
-        self.settings.frame_points.is_none() && self.settings.frame_every.is_none()
-    }
-
     fn insert(&mut self, batch: &Batch, origin: &Origin) -> Result<(), EngineError> {
         let mut reply = BatchReply::new(batch);
-        match origin {
-            Origin::Producer(reply_to) if self.has_commits_only() => self.stage(&mut reply, batch, reply_to),
-            _ => self.insert_now(&mut reply, batch)?,
+        if self.waits(origin) {
+            self.stage(&mut reply, batch, origin)?;
+        } else {
+            self.insert_now(&mut reply, batch)?;
         }
         self.update_stats();
         self.stream.state.stats.accepted.fetch_add(reply.accepted(), Ordering::Relaxed);
@@ -118,14 +54,40 @@ impl Engine {
         Ok(())
     }
 
-    /// Has points wait for their producer's commit.
-    fn stage(&mut self, reply: &mut BatchReply, batch: &Batch, reply_to: &ReplyTo) {
+    /// Has points wait for their commit, or for the end of a frame that closes by itself.
+    fn stage(&mut self, reply: &mut BatchReply, batch: &Batch, origin: &Origin) -> Result<(), EngineError> {
+        self.pending |= self.joins_by_itself(origin);
+        let mut next = 0;
+        while next < batch.positions.len() {
+            let limit = self.settings.frame_points.unwrap_or(u64::MAX);
+            let before = reply.accepted();
+            next = self.stage_some(reply, batch, origin, next, limit)?;
+            if limit < u64::MAX {
+                self.points += reply.accepted() - before;
+                if self.points >= limit || self.outside >= limit {
+                    self.close_by_itself()?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Has points from `next` on wait, until the frame in hand has as many as it may. Returns the next one.
+    fn stage_some(
+        &mut self,
+        reply: &mut BatchReply,
+        batch: &Batch,
+        origin: &Origin,
+        mut next: usize,
+        limit_of_frame: u64,
+    ) -> Result<usize, EngineError> {
         let begun = Instant::now();
         let no_room = self.no_room();
         let (limit, mut room) = (self.limits.points, self.room_for_points());
-        let source = self.uncommitted.of(reply_to.sink());
-        for (index, &(x, y)) in batch.positions.iter().enumerate() {
-            let time = batch.times.get(index).copied();
+        let enough = reply.accepted().saturating_add(limit_of_frame.saturating_sub(self.points).max(1));
+        let source = self.uncommitted.of(origin.producer());
+        while next < batch.positions.len() && reply.accepted() < enough && self.outside < limit_of_frame {
+            let ((x, y), time) = (batch.positions[next], batch.times.get(next).copied());
             let placed = match &no_room {
                 Some(full) => Err(full.clone()),
                 None if room == 0 => Err(RefusalReason::StreamFull { what: "points", limit }),
@@ -133,17 +95,22 @@ impl Engine {
             };
             match placed {
                 Ok(vertex) => {
-                    reply.accept(batch, index, vertex);
+                    reply.accept(batch, next, vertex);
+                    source.places.extend(place(batch, next));
                     room -= 1;
                 }
                 Err(reason) => {
-                    reply.refuse(index, &reason);
                     source.rejected += 1;
+                    self.outside += u64::from(reason.is_outside_window());
+                    report(&mut self.input_errors, place(batch, next), &reason)?;
+                    reply.refuse(next, &reason);
                 }
             }
+            next += 1;
         }
         source.note_size();
         self.worked += begun.elapsed();
+        Ok(next)
     }
 
     /// Points that the stream may still take.
@@ -168,7 +135,7 @@ impl Engine {
             self.note(reply, batch, index, placed)?;
             if self.settings.frame_points.is_some_and(|limit| self.points >= limit) {
                 self.worked += begun.elapsed();
-                self.close_frame(None)?;
+                self.close_by_itself()?;
                 begun = Instant::now();
             }
         }
@@ -188,11 +155,10 @@ impl Engine {
 
     fn retract(&mut self, batch: &Batch, origin: &Origin) -> Result<(), EngineError> {
         let mut reply = BatchReply::new(batch);
-        match origin {
-            Origin::Producer(reply_to) if self.has_commits_only() => {
-                self.stage_retractions(&mut reply, batch, reply_to);
-            }
-            _ => self.retract_now(&mut reply, batch)?,
+        if self.waits(origin) {
+            self.stage_retractions(&mut reply, batch, origin)?;
+        } else {
+            self.retract_now(&mut reply, batch)?;
         }
         self.update_stats();
         self.stream.state.stats.refused.fetch_add(reply.refused(), Ordering::Relaxed);
@@ -200,20 +166,26 @@ impl Engine {
         Ok(())
     }
 
-    fn stage_retractions(&mut self, reply: &mut BatchReply, batch: &Batch, reply_to: &ReplyTo) {
+    fn stage_retractions(&mut self, reply: &mut BatchReply, batch: &Batch, origin: &Origin) -> Result<(), EngineError> {
+        self.pending |= self.joins_by_itself(origin);
         let begun = Instant::now();
-        let source = self.uncommitted.of(reply_to.sink());
+        let source = self.uncommitted.of(origin.producer());
         for (index, &(x, y)) in batch.positions.iter().enumerate() {
             match self.pipeline.stage_retraction(&mut source.staging, x, y) {
-                Ok(()) => reply.accept(batch, index, VertexId(0)),
+                Ok(()) => {
+                    reply.accept(batch, index, VertexId(0));
+                    source.places.extend(place(batch, index));
+                }
                 Err(refusal) => {
-                    reply.refuse(index, &RefusalReason::Refused(refusal));
                     source.rejected += 1;
+                    report(&mut self.input_errors, place(batch, index), &refusal)?;
+                    reply.refuse(index, &RefusalReason::Refused(refusal));
                 }
             }
         }
         source.note_size();
         self.worked += begun.elapsed();
+        Ok(())
     }
 
     fn retract_now(&mut self, reply: &mut BatchReply, batch: &Batch) -> Result<(), EngineError> {
@@ -239,10 +211,7 @@ impl Engine {
             Ok(vertex) => reply.accept(batch, index, vertex),
             Err(reason) => {
                 self.rejected += 1;
-                if let Some(line) = batch.lines.get(index) {
-                    let (x, y) = batch.positions[index];
-                    self.input_errors.add(&format_args!("{} {line}, point ({x}, {y}): {reason}", batch.place))?;
-                }
+                report(&mut self.input_errors, place(batch, index), &reason)?;
                 reply.refuse(index, &reason);
             }
         }
@@ -259,6 +228,21 @@ impl Engine {
         let (held, limit) = (self.memory.points.held(), self.memory.limit);
         self.memory.is_full_of_points().then_some(RefusalReason::DaemonFull { held, limit })
     }
+}
+
+/// Where a point stands in the input, if it is one of stdin.
+fn place(batch: &Batch, index: usize) -> Option<Place> {
+    batch.lines.get(index).map(|&line| Place { line, unit: batch.place, point: batch.positions[index] })
+}
+
+/// Counts and logs a point of stdin that is refused. A producer's is in the reply.
+pub(super) fn report(
+    input_errors: &mut InputErrors,
+    place: Option<Place>,
+    reason: &dyn Display,
+) -> Result<(), StrictStop> {
+    let Some(Place { line, unit, point: (x, y) }) = place else { return Ok(()) };
+    input_errors.add(&format_args!("{unit} {line}, point ({}, {}): {reason}", Exact(x), Exact(y)))
 }
 
 /// Replies to a producer; stdin gets no reply.

@@ -1,51 +1,105 @@
-//! What the producers of a stream have sent since their last commits.
+//! What the sources of a stream have sent since their last commits.
 //!
-//! In: points and retractions of producers. Out: the same to the pipeline at a producer's commit.
+//! In: points and retractions of producers, and of stdin where its points wait. Out: the same to the pipeline at a
+//! source's commit.
 //!
-//! Invariants: a frame has nothing of a producer that has not committed it. What waits is charged to the stream.
+//! Invariants: a frame has nothing of a source that has not committed it. What waits is charged to the stream. Sources
+//! stay known until they end, since a time window knows their clocks.
 //!
 //! Must not know: frames, replies but as the identity of producers.
 
 use std::sync::{Arc, Weak};
 
-use hopes::topology::{Pipeline, Staging};
+use hopes::topology::{Admission, Pipeline, Refusal, Staging};
 
 use crate::daemon::memory::{Account, Charge};
 use crate::daemon::streams::reply::ReplySink;
 
-/// What a producer has sent since its last commit.
+/// What a source has sent since its last commit.
 #[derive(Debug)]
 pub struct Source {
-    producer: Weak<dyn ReplySink>,
+    /// None for stdin.
+    producer: Option<Weak<dyn ReplySink>>,
     /// What waits.
     pub staging: Staging,
     /// Points and retractions that were refused.
     pub rejected: u64,
+    /// Of stdin: where all that waits stands in the input.
+    pub places: Vec<Place>,
+    /// Whether it was told that a commit of it is refused in part.
+    is_told: bool,
     charge: Charge,
 }
 
-/// What all producers of a stream have sent since their last commits.
+/// Where a point stands in the input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Its line, or what `unit` says.
+    pub line: u64,
+    /// What this counts.
+    pub unit: &'static str,
+    /// The point.
+    pub point: (f64, f64),
+}
+
+/// What all sources of a stream have sent since their last commits.
 #[derive(Debug)]
 pub struct Uncommitted {
     sources: Vec<Source>,
     account: Arc<Account>,
 }
 
-/// What has become of what a producer had sent.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// What has become of what a source had sent.
+#[derive(Debug, Default)]
 pub struct Fed {
     /// Whether there was anything.
     pub is_any: bool,
-    /// What was refused, when it came or now.
+    /// What was refused when it came.
     pub rejected: u64,
+    /// What was refused now, and of the commit's time.
+    pub admission: Admission,
     /// The newest event time of its points.
     pub newest_time: Option<f64>,
+    /// Of stdin: what was refused now.
+    pub refused: Vec<(Place, Refusal)>,
+    /// Of a producer: the first that was refused now, if the commit before was not refused in part.
+    pub first: Option<Refusal>,
 }
 
 impl Source {
+    fn new(producer: Option<Weak<dyn ReplySink>>, charge: Charge) -> Self {
+        let (staging, places) = (Staging::default(), Vec::new());
+        Self { producer, staging, rejected: 0, places, is_told: false, charge }
+    }
+
     /// Keeps the account of what waits.
     pub fn note_size(&mut self) {
-        self.charge.set(self.staging.bytes() as u64);
+        self.charge.set((self.staging.bytes() + size_of_val(self.places.as_slice())) as u64);
+    }
+
+    fn feed(&mut self, pipeline: &mut Pipeline, time: Option<f64>) -> Fed {
+        let rejected = std::mem::take(&mut self.rejected);
+        let mut fed = Fed { is_any: !self.staging.is_empty() || rejected > 0, rejected, ..Fed::default() };
+        fed.newest_time = self.staging.newest_time();
+        let (places, mut first) = (std::mem::take(&mut self.places), None);
+        let refused = &mut fed.refused;
+        fed.admission = pipeline.feed_staged(&mut self.staging, time, &mut |index, refusal| {
+            first = first.or(Some(refusal));
+            refused.extend(places.get(index).map(|&place| (place, refusal)));
+        });
+        fed.first = first.filter(|_| !self.is_told);
+        self.is_told = first.is_some() || (self.is_told && !fed.is_any);
+        self.note_size();
+        fed
+    }
+
+    fn is_of(&self, producer: Option<&Arc<dyn ReplySink>>) -> bool {
+        match (&self.producer, producer) {
+            // A weak reference keeps the address from being used again.
+            (Some(one), Some(other)) => std::ptr::addr_eq(one.as_ptr(), Arc::as_ptr(other)),
+            (None, None) => true,
+            _ => false,
+        }
     }
 }
 
@@ -60,38 +114,36 @@ impl Uncommitted {
         self.sources.iter().map(|source| source.staging.point_count()).sum()
     }
 
-    /// What a producer has sent since its last commit.
-    pub fn of(&mut self, producer: &Arc<dyn ReplySink>) -> &mut Source {
+    /// What a producer has sent since its last commit; none is stdin.
+    pub fn of(&mut self, producer: Option<&Arc<dyn ReplySink>>) -> &mut Source {
         let place = self.place(producer).unwrap_or_else(|| {
-            let (producer, charge) = (Arc::downgrade(producer), self.account.charge(0));
-            self.sources.push(Source { producer, staging: Staging::default(), rejected: 0, charge });
+            self.sources.push(Source::new(producer.map(Arc::downgrade), self.account.charge(0)));
             self.sources.len() - 1
         });
         &mut self.sources[place]
     }
 
-    /// Feeds what a producer has sent, for its commit.
-    pub fn feed(&mut self, producer: &Arc<dyn ReplySink>, pipeline: &mut Pipeline) -> Fed {
-        let Some(mut source) = self.take(producer) else { return Fed::default() };
-        let (is_any, newest_time) = (!source.staging.is_empty() || source.rejected > 0, source.staging.newest_time());
-        let rejected = source.rejected + pipeline.feed_staged(&mut source.staging);
-        Fed { is_any, rejected, newest_time }
+    /// Feeds what a source has sent, for its commit with a time.
+    pub fn feed(&mut self, producer: Option<&Arc<dyn ReplySink>>, pipeline: &mut Pipeline, time: Option<f64>) -> Fed {
+        self.of(producer).feed(pipeline, time)
     }
 
-    /// Forgets what a producer has sent. Returns the number of its points.
-    pub fn discard(&mut self, producer: &Arc<dyn ReplySink>, pipeline: &mut Pipeline) -> u64 {
-        let Some(mut source) = self.take(producer) else { return 0 };
+    /// Feeds what all sources have sent, one after the other, for a frame that nobody has committed.
+    pub fn feed_all(&mut self, pipeline: &mut Pipeline) -> Vec<Fed> {
+        let waiting = self.sources.iter_mut().filter(|source| !source.staging.is_empty() || source.rejected > 0);
+        waiting.map(|source| source.feed(pipeline, None)).collect()
+    }
+
+    /// Forgets a producer and what it has sent. Returns the number of its points.
+    pub fn discard(&mut self, producer: Option<&Arc<dyn ReplySink>>, pipeline: &mut Pipeline) -> u64 {
+        let Some(place) = self.place(producer) else { return 0 };
+        let mut source = self.sources.swap_remove(place);
         let points = source.staging.point_count();
         pipeline.discard_staged(&mut source.staging);
         points
     }
 
-    fn take(&mut self, producer: &Arc<dyn ReplySink>) -> Option<Source> {
-        self.place(producer).map(|place| self.sources.swap_remove(place))
-    }
-
-    fn place(&self, producer: &Arc<dyn ReplySink>) -> Option<usize> {
-        // A weak reference keeps the address from being used again.
-        self.sources.iter().position(|source| std::ptr::addr_eq(source.producer.as_ptr(), Arc::as_ptr(producer)))
+    fn place(&self, producer: Option<&Arc<dyn ReplySink>>) -> Option<usize> {
+        self.sources.iter().position(|source| source.is_of(producer))
     }
 }

@@ -12,7 +12,7 @@
 
 use json_event_parser::{JsonEvent, LowLevelJsonParser, LowLevelJsonParserResult};
 
-use super::parts::found::{Found, Queue};
+use super::parts::found::{Found, Queue, printable};
 use super::parts::literals::{Literals, is_replaced};
 use crate::formats::input::excerpt::Excerpt;
 
@@ -82,6 +82,11 @@ impl GeoJson {
         }
     }
 
+    /// Whether they are longitudes and latitudes.
+    pub(super) fn is_degrees(&self) -> bool {
+        self.walk.system.is_none()
+    }
+
     fn parse(&mut self, is_ending: bool, found: &mut Queue) {
         let mut at = 0;
         loop {
@@ -119,7 +124,7 @@ impl GeoJson {
     fn lose(&mut self, reason: &str, found: &mut Queue) {
         self.is_lost = true;
         self.pending = Vec::new();
-        let reason: String = reason.chars().map(|c| if c.is_control() { '?' } else { c }).take(200).collect();
+        let reason = printable(reason);
         found.push_back(Found::Missed(format!("byte {}: {reason}: nothing after it was read", self.parsed)));
     }
 }

@@ -36,6 +36,7 @@ use super::columns::Columns;
 use super::decoding::Damage;
 use super::lines::Lines;
 use super::record::Parsed;
+use super::text::Choice;
 
 /// A format that is read here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,7 +120,7 @@ impl Foreign {
     }
 
     /// What is read as x and y, for people; once, after it is known.
-    pub(super) fn take_choice(&mut self) -> Option<String> {
+    pub(super) fn take_choice(&mut self) -> Option<Choice> {
         let choice = match &mut self.machine {
             Machine::Npy(npy) => npy.choice.take(),
             Machine::Ply(ply) => ply.choice.take(),
@@ -128,7 +129,9 @@ impl Foreign {
             Machine::GeoJson(_) | Machine::Elements(_) => None,
         };
         self.has_choice &= choice.is_none();
-        choice
+        let is_degrees = matches!(&self.machine, Machine::GeoJson(geojson) if geojson.is_degrees());
+        let names = if is_degrees { ["longitude", "latitude"].map(str::to_owned).to_vec() } else { Vec::new() };
+        choice.map(|text| Choice { text, names })
     }
 
     fn read<R: Read>(&mut self, source: &mut Lines<R>) -> Result<(), ForeignError> {

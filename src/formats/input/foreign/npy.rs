@@ -15,11 +15,12 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::error::ForeignError;
-use super::parts::found::{Queue, counted};
+use super::parts::found::{Queue, counted, listed, printable};
 use super::parts::number::Number;
 use super::parts::rows::{Cell, Cells, LONGEST_ROW, Role, Rows, Stripe, Stripes};
 use super::parts::tail::Tail;
 use crate::formats::input::columns::{Columns, Places};
+use crate::formats::input::excerpt::Excerpt;
 
 const FORMAT: &str = "an NPY array";
 
@@ -140,7 +141,7 @@ impl Npy {
         let place = |name: &str| names().position(|known| known == name);
         let places = self.columns.named_in(names()).map(Ok);
         let is_open = self.columns.named_in(["x", "y"].into_iter()).is_some();
-        let none = || content(format!("its fields are {}, without x and y: choose with --columns", join(names())));
+        let none = || content(format!("its fields are {}, without x and y: choose with --columns", listed(names())));
         let places = match places {
             Some(places) => places,
             None if is_open => return Err(none()),
@@ -148,7 +149,7 @@ impl Npy {
         }?;
         let cell = |place: usize| named.get(place).and_then(|(_, cell)| *cell).ok_or_else(none);
         let cells = Cells { x: cell(places.x)?, y: cell(places.y)?, time: places.time.map(cell).transpose()? };
-        let name = |place: usize| named[place].0;
+        let name = |place: usize| Excerpt::of(named[place].0.as_bytes());
         self.choice = Some(format!("an NPY array: x is the field {}, y is {}", name(places.x), name(places.y)));
         let total = header.shape.iter().try_fold(1_u64, |product, &length| product.checked_mul(length));
         let total = total.ok_or_else(|| content(format!("its shape {} is impossible", shape(&header.shape))))?;
@@ -299,19 +300,15 @@ fn shape(lengths: &[u64]) -> String {
     format!("({})", lengths.join(", "))
 }
 
-fn join<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    names.take(16).collect::<Vec<_>>().join(", ").chars().take(200).collect()
-}
-
 fn unsupported(descr: &str) -> ForeignError {
     let descr: String = descr.chars().take(60).collect();
     content(format!("its type {descr} is no number of 1 to 8 bytes: save a.astype(float)"))
 }
 
 fn content(reason: impl Into<String>) -> ForeignError {
-    ForeignError::Content { format: FORMAT, reason: reason.into() }
+    ForeignError::Content { format: FORMAT, reason: printable(&reason.into()) }
 }
 
 fn unreadable(byte: usize, reason: impl Into<String>) -> ForeignError {
-    ForeignError::Header { format: FORMAT, place: format!("byte {byte}"), reason: reason.into() }
+    ForeignError::Header { format: FORMAT, place: format!("byte {byte}"), reason: printable(&reason.into()) }
 }

@@ -9,7 +9,7 @@
 //! The crate `pcd-rs` allocates what a header claims, and panics where compressed data do not hold what it says.
 
 use super::error::ForeignError;
-use super::parts::found::{Found, Queue};
+use super::parts::found::{Found, Queue, listed};
 use super::parts::lzf::Lzf;
 use super::parts::number::Number;
 use super::parts::rows::{Cell, Cells, LONGEST_ROW, Role, Rows, Stripe, Stripes};
@@ -222,7 +222,7 @@ impl Pcd {
         let is_number = |place: usize| fields.get(place).is_some_and(|field| field.number.is_some());
         let is_good = |places: &Places| is_number(places.x) && is_number(places.y) && places.time.is_none_or(is_number);
         let Some(places) = places.filter(is_good) else {
-            let names: String = names().take(16).collect::<Vec<_>>().join(", ").chars().take(200).collect();
+            let names = listed(names());
             let reason = format!("its fields are {names}, without x and y: choose with --columns");
             return Err(ForeignError::Content { format: FORMAT, reason });
         };

@@ -9,7 +9,7 @@
 //! The crate `ply-rs-bw` reads all vertices into maps of names at once, and its text has no `nan`, `.5` or `5.`.
 
 use super::error::ForeignError;
-use super::parts::found::{Found, Queue};
+use super::parts::found::{Found, Queue, listed};
 use super::parts::number::{LONGEST, Number};
 use super::parts::tail::Tail;
 use super::parts::text_lines::{TextLine, TextLines};
@@ -190,7 +190,7 @@ impl Ply {
         let named =
             named.filter(|places| is_number(places.x) && is_number(places.y) && places.time.is_none_or(is_number));
         let Some(places) = named else {
-            let names: String = names().take(16).collect::<Vec<_>>().join(", ").chars().take(200).collect();
+            let names = listed(names());
             let reason = format!("its vertices have {names}, without x and y: choose with --columns");
             return Err(ForeignError::Content { format: FORMAT, reason });
         };

@@ -32,7 +32,8 @@ impl Extent {
         self.with([x - radius, y - radius]).with([x + radius, y + radius])
     }
 
-    fn size(&self) -> [f64; 2] {
+    /// Its width and height.
+    pub fn size(&self) -> [f64; 2] {
         [0, 1].map(|axis| (self.high[axis] - self.low[axis]).max(0.0))
     }
 }

@@ -26,6 +26,16 @@ pub enum Found {
 /// In the order of the file.
 pub type Queue = VecDeque<Found>;
 
+/// A piece of text from a file or about it, safe to show and short enough.
+pub fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '?' } else { c }).take(300).collect()
+}
+
+/// Names in words.
+pub fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    printable(&names.take(16).collect::<Vec<_>>().join(", "))
+}
+
 /// Bytes or points, in words.
 pub fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })

@@ -314,7 +314,7 @@ fn the_units_of_geojson_are_told_once() {
         let mut reader = Reader::new(source, format, Columns::default(), Limits::default());
         let mut choices = Vec::new();
         while reader.next_record().unwrap().is_some() {
-            choices.extend(reader.take_choice());
+            choices.extend(reader.take_choice().map(|choice| choice.text));
         }
         choices
     };

@@ -1,0 +1,58 @@
+//! What the marks of a figure mean, below its panels, and a bar of round length.
+//!
+//! In: panels, the scale of the plane.
+//! Out: shapes on the page.
+//! Invariants: only what the panels may show is explained; samples have the styles of what they stand for.
+//! Must not know: how panels are drawn.
+
+use super::super::canvas::layout::Rect;
+use super::super::canvas::page::{Anchor, MUTED, Page, Type, text_width};
+use super::super::canvas::ramp::STOPS;
+use super::super::legend::draw_scale_bar;
+use super::Panel;
+use super::plane::{CRITICAL_STYLE, POINT_STYLE, SIMPLE_STYLE, TREE_STYLE, hole_style};
+
+/// Width of a sample, with the room before its name.
+const SAMPLE: f64 = 24.0;
+const SPACE: f64 = 14.0;
+/// The panel that the bar's length is a share of.
+const MEASURE: f64 = 460.0;
+
+/// A sample's name, and the data and the style of its path, from the place of its left end and its middle.
+type Sample = (&'static str, fn(f64, f64) -> String, String);
+
+/// Draws samples in a line, and the bar below its right end, where a unit of the plane has `scale` pixels.
+pub fn draw(page: &mut Page, foot: Rect, panels: &[Panel<'_>], scale: f64) {
+    let y = foot.y + 14.0;
+    let mut x = foot.x;
+    for (name, data, style) in samples(panels) {
+        page.path(&data((x + 3.0).round(), y.round()), style);
+        page.text([x + SAMPLE, y + 4.0], Type::new(Anchor::Start, MUTED), name);
+        x += SAMPLE + text_width(name) + SPACE;
+    }
+    if scale > 0.0 {
+        // Below the line of samples, which may be as long as the page is wide.
+        draw_scale_bar(page, Rect { x: foot.right() - MEASURE, y: 0.0, width: MEASURE, height: foot.y }, scale);
+    }
+}
+
+fn samples(panels: &[Panel<'_>]) -> Vec<Sample> {
+    let has = |wanted: fn(&Panel<'_>) -> bool| panels.iter().any(wanted);
+    let dark = STOPS[STOPS.len() - 1];
+    let line: fn(f64, f64) -> String = |x, y| format!("M{x} {y}h14");
+    let mut samples: Vec<Sample> = Vec::new();
+    if has(|panel| matches!(panel, Panel::Cloud | Panel::Skeleton(_))) {
+        samples.push(("point", |x, y| format!("M{} {y}h0", x + 7.0), format!("{POINT_STYLE} stroke-width=\"3.6\"")));
+    }
+    if has(|panel| matches!(panel, Panel::Skeleton(_))) {
+        let critical = format!("{CRITICAL_STYLE} stroke=\"{dark}\" stroke-width=\"4\"");
+        let disc = |x, y| format!("M{x} {y}a7 7 0 0 1 14 0a7 7 0 0 1-14 0");
+        samples.push(("tree edge", line, format!("{TREE_STYLE} stroke-width=\"1.1\"")));
+        samples.push(("critical edge", line, critical));
+        samples.push(("hole", disc, hole_style(dark, true)));
+    }
+    if has(|panel| matches!(panel, Panel::Simplified { .. })) {
+        samples.push(("simplified", line, format!("{SIMPLE_STYLE} stroke-width=\"3\"")));
+    }
+    samples
+}
