@@ -23,6 +23,8 @@ use crate::formats::points::{Form, Origin, PointSource};
 
 /// Send points to a stream of a daemon.
 ///
+/// The file is a table, JSON lines, a JSON array, GeoJSON, NPY, PLY or PCD, or any of these compressed by gzip.
+///
 /// A frame is closed by a blank line, {"commit":true,"time":t}, --frame-points or the end of the input. Points that the
 /// daemon refuses are reported with their line, and counted.
 ///

@@ -44,7 +44,7 @@ pub(super) fn start(text: &[u8], is_all: bool) -> JsonStart {
     }
     // It breaks off.
     let is_array = text.first() == Some(&b'[');
-    let is_line = |byte: &u8| !matches!(byte, b'\n' | b'\r') && !(is_array && *byte == b'{');
+    let is_line = |byte: &u8| !(matches!(byte, b'\n' | b'\r') || is_array && *byte == b'{');
     if text.trim_ascii_end().iter().all(is_line) { JsonStart::Lines } else { JsonStart::Elements }
 }
 

@@ -285,7 +285,8 @@ impl Element {
             row.have = 0;
             let value = number.read(is_big_endian, &row.bytes);
             if property.list.is_some() {
-                if !(value >= 0.0) {
+                // The length may be a float, and no number.
+                if value.is_nan() || value < 0.0 {
                     return Err(NegativeLength);
                 }
                 row.skip = (value as u64).saturating_mul(property.number.size() as u64);
