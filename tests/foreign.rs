@@ -1,7 +1,7 @@
 //! Files of other programs, as processes: those that are read give the answer that is known, and all others say in one
 //! line what they are and what makes points of them.
 //!
-//! `tests/data/foreign` holds a ring in every format that is read: 24 points on a circle of radius 10, so that the right
+//! `tests/data/foreign` holds a ring in every format that is read: 24 points on a circle of radius 10, so the right
 //! answer is one dot, of birth 10 sin(pi/24) and death 10. Other programs wrote it, as `make.py` there says.
 
 mod common;

@@ -29,8 +29,8 @@ use source::Source;
 /// Compute the skeleton of a file of points, or of the edges of a picture, once.
 ///
 /// Reads a table (comma, semicolon, tab or blank separated, with or without a header line, # comments) or JSON lines:
-/// [x,y], {"x":..,"y":..} or {"points":[[x,y],...]}; also JSON arrays, GeoJSON, NPY, PLY, PCD, all of these compressed by
-/// gzip. Of a picture (PNG, JPEG) the points are its edge pixels, as of
+/// [x,y], {"x":..,"y":..} or {"points":[[x,y],...]}; also JSON arrays, GeoJSON, NPY, PLY, PCD, and all of these
+/// compressed by gzip. Of a picture (PNG, JPEG) the points are its edge pixels, as of
 /// hopes edges. Writes the persistence diagram, the minimum spanning tree and the chosen view of the skeleton.
 #[derive(Debug, Args)]
 #[command(

@@ -3,7 +3,7 @@
 //! In: any [`Read`] whose first bytes said how it is encoded.
 //! Out: a [`Read`] of what it holds, UTF-8 for UTF-16.
 //! Invariants: what can be decoded is handed on as soon as its bytes have arrived. Memory does not grow with the
-//! source. Where the encoded data are damaged or cut short, a [`Damage`] is returned once, after all before it; then the
+//! source. Where encoded data are damaged or cut short, a [`Damage`] is returned once, after all before it; then the
 //! source has ended.
 //! Must not know: what the bytes mean.
 
