@@ -156,7 +156,9 @@ fn other_files_are_refused_in_one_line() {
         (b"<?xml version=\"1.0\"?><gpx></gpx>\n", "a GPX file", "ogr2ogr"),
     ];
     for (bytes, what, command) in cases {
-        for program in ["compute -", "serve"] {
+        // `compute` reads pictures by their edges.
+        let programs = if bytes.starts_with(b"\x89PNG") { &["serve"][..] } else { &["compute -", "serve"] };
+        for &program in programs {
             let finished = hopes(program).reads(bytes);
             let said: Vec<&str> = finished.err.lines().filter(|line| line.contains("this is ")).collect();
             assert_eq!(finished.code, Some(1), "{program}, {what}: {}", finished.err);
