@@ -29,7 +29,8 @@ use source::Source;
 /// Compute the skeleton of a file of points, or of the edges of a picture, once.
 ///
 /// Reads a table (comma, semicolon, tab or blank separated, with or without a header line, # comments) or JSON lines:
-/// [x,y], {"x":..,"y":..} or {"points":[[x,y],...]}. Of a picture (PNG, JPEG) the points are its edge pixels, as of
+/// [x,y], {"x":..,"y":..} or {"points":[[x,y],...]}; also JSON arrays, GeoJSON, NPY, PLY, PCD, and all of these
+/// compressed by gzip. Of a picture (PNG, JPEG) the points are its edge pixels, as of
 /// hopes edges. Writes the persistence diagram, the minimum spanning tree and the chosen view of the skeleton.
 #[derive(Debug, Args)]
 #[command(
@@ -222,7 +223,7 @@ impl Compute {
             Input::Jsonl => Some(Format::JsonLines),
         };
         let (file, columns) = (self.file.clone(), self.project.columns(self.columns.as_ref()));
-        let projector = self.project.projector("line");
+        let projector = self.project.projector();
         // A grid of metres says nothing of degrees: the pipeline checks what is on it.
         let resolution = self.resolution.filter(|_| projector.is_none());
         let is_projected = projector.is_some();

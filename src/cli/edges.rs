@@ -208,7 +208,6 @@ impl Edges {
             window_if_new: Some(hopes::topology::Window::Frames(std::num::NonZeroU64::MIN)),
             resolution: None,
             strict: self.strict,
-            place: "pixel",
             rate: self.rate,
             origin: None,
             whole_frames: true,

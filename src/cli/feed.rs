@@ -23,6 +23,8 @@ use crate::formats::points::{Form, Origin, PointSource};
 
 /// Send points to a stream of a daemon.
 ///
+/// The file is a table, JSON lines, a JSON array, GeoJSON, NPY, PLY or PCD, or any of these compressed by gzip.
+///
 /// A frame is closed by a blank line, {"commit":true,"time":t}, --frame-points or the end of the input. Points that the
 /// daemon refuses are reported with their line, and counted.
 ///
@@ -105,7 +107,6 @@ impl Feed {
             window_if_new: None,
             resolution: self.resolution,
             strict: self.strict,
-            place: self.place(),
             origin: files::name(&self.file),
             rate: self.rate,
             whole_frames: false,
@@ -119,7 +120,7 @@ impl Feed {
     fn read(&self, terms: Terms, progress: &ProgressBar) -> io::Result<Receiver<Input>> {
         let source = self.source(terms);
         let (sender, inputs) = sync_channel(WAITING);
-        let mut projector = self.project.projector(self.place());
+        let mut projector = self.project.projector();
         let progress = progress.clone();
         let read = move || {
             let mut send = |input| sender.send(input).is_ok();
@@ -135,11 +136,6 @@ impl Feed {
         };
         thread::Builder::new().name("reader".to_owned()).spawn(read)?;
         Ok(inputs)
-    }
-
-    /// What the number of a point counts.
-    fn place(&self) -> &'static str {
-        if self.input == InputFormat::Bin { "byte" } else { "line" }
     }
 
     fn source(&self, Terms { batch, wants_times }: Terms) -> PointSource {

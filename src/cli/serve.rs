@@ -27,6 +27,8 @@ use crate::view::{Page, PageAddress};
 
 /// Follow streams of points: from stdin to stdout, one JSON line a frame with what changed, or between sockets.
 ///
+/// stdin is a table, JSON lines, a JSON array, GeoJSON, NPY, PLY or PCD, or any of these compressed by gzip.
+///
 /// A frame is closed by a blank line, {"commit":true,"time":t}, --frame-points, --frame-every or the end of the input.
 /// With --listen, any number of producers feed any number of streams, which any number of consumers follow, until a
 /// signal comes. With --view, a live page shows all streams.
@@ -263,7 +265,7 @@ fn read_stdin(input: InputFormat, columns: Columns, project: ProjectArgs, feed: 
     let is_projected = project.is_on();
     let stdin =
         PointSource { origin, form, frame_points: None, closes_last: false, loops: false, batch: BATCH, is_projected };
-    let mut projector = project.projector(if matches!(input, InputFormat::Bin) { "byte" } else { "line" });
+    let mut projector = project.projector();
     let mut send = |input| match &mut projector {
         Some(projector) => projector.send(input, &mut |input| feed.send(input)),
         None => feed.send(input),

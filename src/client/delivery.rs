@@ -58,8 +58,6 @@ pub struct Delivery<'a> {
     pub resolution: Option<f64>,
     /// Stop at the first error.
     pub strict: bool,
-    /// What the place of a point is: a line, or a byte.
-    pub place: &'static str,
     /// The file that points are from.
     pub origin: Option<String>,
     /// Close at most so many frames a second.
@@ -120,7 +118,7 @@ impl Delivery<'_> {
             return Ok(());
         };
         let input_errors = InputErrors::new(self.strict).of(self.origin.clone());
-        let ledger = Arc::new(Ledger::new(input_errors, self.place));
+        let ledger = Arc::new(Ledger::new(input_errors));
         let terms = Terms::of(&welcome, &opened);
         let inputs = read(terms).map_err(DeliveryError::Reader)?;
         let answers = self.take_answers(receiving, &ledger)?;

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use hopes_protocol::Message;
 use thiserror::Error;
 
-use super::input::{Columns, Format, Limits, ReadError, Reader, Record, sniffed};
+use super::input::{Columns, Format, Limits, ReadError, Reader, Record, opened};
 use super::projection::tell_choice;
 use super::recording::{Frames, Next, RecordingError};
 use crate::daemon::{Batch, Input};
@@ -99,6 +99,7 @@ impl PointSource {
             points: 0,
             is_open: false,
             has_frames: false,
+            place: "line",
         };
         loop {
             let read = match &self.form {
@@ -139,13 +140,8 @@ impl PointSource {
 
     fn with_format(&self, format: Option<Format>) -> Result<(Format, Box<dyn Read>), PointsError> {
         let source = self.open()?;
-        if let Some(format) = format {
-            return Ok((format, source));
-        }
         let path = if let Origin::File(path) = &self.origin { Some(path.as_path()) } else { None };
-        let failed = |source| PointsError::Read(ReadError::Io { line: 1, source });
-        let (format, source) = sniffed(path, source).map_err(failed)?;
-        Ok((format, Box::new(source)))
+        opened(path, format, source).map_err(PointsError::Read)
     }
 
     fn lines(
@@ -157,6 +153,7 @@ impl PointSource {
     ) -> Result<Result<(), Closed>, PointsError> {
         let (format, source) = self.with_format(format)?;
         let mut reader = Reader::new(source, format, columns, Limits::default());
+        batcher.place = reader.unit();
         loop {
             let line = reader.next_line();
             let sent = match reader.next_record().map_err(PointsError::Read)? {
@@ -169,6 +166,7 @@ impl PointSource {
                 Some(Record::Blank) => batcher.commit(None),
                 Some(Record::Nothing) => Ok(()),
                 Some(Record::Bad(bad)) => batcher.report_error(bad.to_string()),
+                Some(Record::Missed(reason)) => batcher.report_error(reason),
             };
             if let Some(choice) = reader.take_choice() {
                 tell_choice(&self.name(), &choice, self.is_projected);
@@ -186,6 +184,7 @@ impl PointSource {
 
     fn binary(&self, batcher: &mut Batcher<'_>, progress: &dyn Fn(u64)) -> Result<Result<(), Closed>, PointsError> {
         let mut frames = Frames::new(self.open()?);
+        batcher.place = "byte";
         loop {
             let (offset, message) = match frames.next()? {
                 Next::End => return Ok(Ok(())),
@@ -243,6 +242,8 @@ struct Batcher<'a> {
     is_open: bool,
     /// Whether there was any frame.
     has_frames: bool,
+    /// What the places of points count.
+    place: &'static str,
 }
 
 impl Batcher<'_> {
@@ -268,7 +269,12 @@ impl Batcher<'_> {
         let points: Vec<(f64, f64)> = points.collect();
         points.chunks(self.most).try_for_each(|points| {
             let lines = vec![line; points.len()];
-            self.send(Input::Retract(Batch { positions: points.to_vec(), lines, ..Batch::default() }))
+            self.send(Input::Retract(Batch {
+                positions: points.to_vec(),
+                lines,
+                place: self.place,
+                ..Batch::default()
+            }))
         })
     }
 
@@ -293,7 +299,7 @@ impl Batcher<'_> {
             return Ok(());
         }
         let batch = std::mem::take(&mut self.batch);
-        self.send(Input::Points(batch))
+        self.send(Input::Points(Batch { place: self.place, ..batch }))
     }
 
     fn send(&mut self, input: Input) -> Result<(), Closed> {

@@ -100,17 +100,15 @@ fn on_earth([longitude, latitude]: [f64; 2]) -> Result<[f64; 2], ProjectionError
 #[derive(Clone, Debug)]
 pub struct Projector {
     projection: Option<Projection>,
-    /// What the number of a point counts: lines, or bytes.
-    place: &'static str,
 }
 
 impl Projector {
     /// Around an origin, or around the first point that comes.
-    pub fn new(projection: Option<Projection>, place: &'static str) -> Self {
+    pub fn new(projection: Option<Projection>) -> Self {
         if let Some(projection) = &projection {
             announce(projection);
         }
-        Self { projection, place }
+        Self { projection }
     }
 
     /// The plane, once a point has come.
@@ -145,7 +143,7 @@ impl Projector {
             Input::Retract(batch) => (batch, Input::Retract),
             other => return sink(other),
         };
-        let mut good = Batch::default();
+        let mut good = Batch { place: batch.place, ..Batch::default() };
         for (index, &(x, y)) in batch.positions.iter().enumerate() {
             let line = batch.lines.get(index).copied();
             match self.metres([x, y]) {
@@ -156,7 +154,7 @@ impl Projector {
                     good.lines.extend(line);
                 }
                 Err(error) => {
-                    let place = line.map_or_else(|| "a point".to_owned(), |line| format!("{} {line}", self.place));
+                    let place = line.map_or_else(|| "a point".to_owned(), |line| format!("{} {line}", batch.place));
                     if !sink(Input::Unreadable(format!("{place}: {error}"))) {
                         return false;
                     }
@@ -246,7 +244,7 @@ mod tests {
 
     #[test]
     fn what_is_not_on_earth_is_refused_and_is_no_origin() {
-        let mut projector = Projector::new(None, "line");
+        let mut projector = Projector::new(None);
         for (point, says) in [([12.0, 91.0], "swapped"), ([361.0, 0.0], "no place on Earth"), ([5.0, 89.9], "pole")] {
             assert!(projector.metres(point).unwrap_err().to_string().contains(says), "{point:?}");
         }
@@ -258,7 +256,7 @@ mod tests {
 
     #[test]
     fn inputs_keep_times_and_lines_of_good_points() {
-        let mut projector = Projector::new(None, "line");
+        let mut projector = Projector::new(None);
         let batch = Batch {
             positions: vec![(25.0, 60.0), (25.0, 95.0), (25.0, 60.001)],
             times: vec![1.0, 2.0, 3.0],

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use hopes::topology::{CoordinateError, Exact, Pipeline, Position, Refusal};
 use thiserror::Error;
 
-use super::input::{Columns, Format, Limits, ReadError, Reader, Record, sniffed};
+use super::input::{Columns, Format, Limits, ReadError, Reader, Record, opened};
 use super::projection::{Projector, tell_choice};
 
 /// Where points come from.
@@ -93,7 +93,7 @@ impl RunSource {
         let (format, bytes) = self.open()?;
         let length = std::fs::metadata(&self.file).map_or(0, |data| data.len());
         let mut reader = Reader::new(bytes, format, self.columns.clone(), Limits::default());
-        let mut gatherer = Gatherer { sink, run: Run::default(), points: 0 };
+        let mut gatherer = Gatherer { sink, run: Run::default(), points: 0, unit: reader.unit() };
         loop {
             let line = reader.next_line();
             let record = reader.next_record();
@@ -103,6 +103,7 @@ impl RunSource {
                 Some(Record::Retract { points }) => self.take(&mut gatherer, points, line, true),
                 Some(Record::Commit { .. } | Record::Blank | Record::Nothing) => Ok(()),
                 Some(Record::Bad(bad)) => gatherer.report_error(&bad),
+                Some(Record::Missed(reason)) => gatherer.report_error(&reason),
             };
             if let Some(choice) = reader.take_choice() {
                 tell_choice(&self.name(), &choice, self.is_projected);
@@ -127,7 +128,7 @@ impl RunSource {
         for &point in points {
             match self.position(point) {
                 Ok(_) => gatherer.add(point, line, retracts)?,
-                Err(error) => gatherer.report_error(&refused(point, line, &error))?,
+                Err(error) => gatherer.report_error(&refused(point, gatherer.unit, line, &error))?,
             }
         }
         Ok(())
@@ -148,12 +149,10 @@ impl RunSource {
         } else {
             Box::new(File::open(&self.file).map_err(|source| RunsError::Open { path: path(), source })?)
         };
-        if let Some(format) = self.format {
-            return Ok((format, source));
-        }
-        let sniffed = sniffed((!is_stdin).then_some(self.file.as_path()), source);
-        let (format, source) = sniffed.map_err(|source| RunsError::Begin { path: path(), source })?;
-        Ok((format, Box::new(source)))
+        opened((!is_stdin).then_some(self.file.as_path()), self.format, source).map_err(|reason| match reason {
+            ReadError::Io { source, .. } => RunsError::Begin { path: path(), source },
+            reason => RunsError::Read { path: path(), reason },
+        })
     }
 }
 
@@ -163,6 +162,8 @@ struct Gatherer<'a> {
     run: Run,
     /// So far.
     points: u64,
+    /// What the places of points count.
+    unit: &'static str,
 }
 
 impl Gatherer<'_> {
@@ -171,6 +172,7 @@ impl Gatherer<'_> {
             self.flush()?;
             self.run.retracts = retracts;
         }
+        self.run.unit = self.unit;
         self.run.points.push(point);
         self.run.lines.push(line);
         self.points += 1;
@@ -208,6 +210,8 @@ pub struct Run {
     points: Vec<[f64; 2]>,
     /// Of each point.
     lines: Vec<u64>,
+    /// What these count.
+    unit: &'static str,
     retracts: bool,
 }
 
@@ -223,7 +227,7 @@ impl Run {
                     self.points.push(metres);
                     self.lines.push(line);
                 }
-                Err(error) => refused.push(format!("line {line}: {error}")),
+                Err(error) => refused.push(format!("{} {line}: {error}", self.unit)),
             }
         }
         refused
@@ -235,11 +239,11 @@ impl Run {
             true => pipeline.feed_retractions(&self.points),
             false => pipeline.feed_points(&self.points, None),
         };
-        refusals.into_iter().map(|(index, refusal)| refused(self.points[index], self.lines[index], &refusal))
+        refusals.into_iter().map(|(index, refusal)| refused(self.points[index], self.unit, self.lines[index], &refusal))
     }
 }
 
 /// In the words of the daemon.
-fn refused([x, y]: [f64; 2], line: u64, reason: &dyn Display) -> String {
-    format!("line {line}, point ({}, {}): {reason}", Exact(x), Exact(y))
+fn refused([x, y]: [f64; 2], unit: &str, line: u64, reason: &dyn Display) -> String {
+    format!("{unit} {line}, point ({}, {}): {reason}", Exact(x), Exact(y))
 }

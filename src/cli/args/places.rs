@@ -42,9 +42,9 @@ pub struct ProjectArgs {
 }
 
 impl ProjectArgs {
-    /// What projects points, if they are to be projected; `place` is what the number of a point counts.
-    pub fn projector(self, place: &'static str) -> Option<Projector> {
-        self.project.map(|projection| Projector::new(projection, place))
+    /// What projects points, if they are to be projected.
+    pub fn projector(self) -> Option<Projector> {
+        self.project.map(Projector::new)
     }
 
     /// Whether degrees become metres.

@@ -125,7 +125,6 @@ impl Stage {
             window_if_new: None,
             resolution: None,
             strict: false,
-            place: "line",
             rate: Some(self.rate),
             origin: None,
             whole_frames: true,

@@ -63,8 +63,6 @@ pub struct Counts {
 pub struct Ledger {
     state: Mutex<State>,
     changed: Condvar,
-    /// What the place of a point is: a line, or a byte.
-    place: &'static str,
 }
 
 #[derive(Debug)]
@@ -86,7 +84,7 @@ enum End {
 
 impl Ledger {
     /// Nothing is sent yet.
-    pub fn new(input_errors: InputErrors, place: &'static str) -> Self {
+    pub fn new(input_errors: InputErrors) -> Self {
         let state = State {
             unanswered: BTreeMap::new(),
             input_errors,
@@ -94,7 +92,7 @@ impl Ledger {
             is_closing: false,
             end: None,
         };
-        Self { state: Mutex::new(state), changed: Condvar::new(), place }
+        Self { state: Mutex::new(state), changed: Condvar::new() }
     }
 
     /// A message is about to be sent.
@@ -149,7 +147,7 @@ impl Ledger {
     /// Takes a message of the daemon.
     pub fn take(&self, message: Message) {
         let mut state = self.state();
-        if let Err(error) = state.take(message, self.place) {
+        if let Err(error) = state.take(message) {
             state.end(End::Failed(error));
         }
         self.changed.notify_all();
@@ -192,14 +190,14 @@ impl State {
         }
     }
 
-    fn take(&mut self, message: Message, place: &str) -> Result<(), DeliveryError> {
+    fn take(&mut self, message: Message) -> Result<(), DeliveryError> {
         match message {
             Message::Accepted(accepted) => match self.answered(accepted.sequence)? {
                 Sent::Commit => return Err(DeliveryError::OtherAnswer { answer: "Accepted" }),
                 Sent::Batch(_) => self.counts.accepted += u64::from(accepted.points),
                 Sent::Retract(_) => self.counts.taken_back += u64::from(accepted.points),
             },
-            Message::Refused(refused) => self.refused(&refused, place)?,
+            Message::Refused(refused) => self.refused(&refused)?,
             Message::Overloaded(overloaded) => self.overloaded(overloaded)?,
             Message::Committed(committed) => match self.answered(committed.sequence)? {
                 Sent::Commit => {
@@ -231,7 +229,7 @@ impl State {
         Ok(sent)
     }
 
-    fn refused(&mut self, refused: &Refused, place: &str) -> Result<(), DeliveryError> {
+    fn refused(&mut self, refused: &Refused) -> Result<(), DeliveryError> {
         let points = match self.answered(refused.sequence)? {
             Sent::Commit => return Err(DeliveryError::OtherAnswer { answer: "Refused" }),
             Sent::Batch(points) => {
@@ -244,6 +242,7 @@ impl State {
             }
         };
         self.counts.refused += u64::from(refused.refused);
+        let place = points.place;
         for reason in &refused.reasons {
             let index = reason.index as usize;
             match points.positions.get(index).zip(points.lines.get(index)) {

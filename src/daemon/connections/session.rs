@@ -216,7 +216,7 @@ impl<'a> Session<'a> {
             }
         }
         self.check_size(points.len())?;
-        let batch = Batch { positions: points, times, tags, lines: Vec::new() };
+        let batch = Batch { positions: points, times, tags, ..Batch::default() };
         self.feed(channel, Input::Points(batch), sequence, Some(pending))
     }
 

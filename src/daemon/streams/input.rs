@@ -10,7 +10,7 @@
 pub const BATCH: usize = 4096;
 
 /// Points to insert or to take back.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Batch {
     /// Their positions.
     pub positions: Vec<(f64, f64)>,
@@ -20,6 +20,14 @@ pub struct Batch {
     pub tags: Vec<u64>,
     /// The lines of the input that they stand on: none, or one for each point.
     pub lines: Vec<u64>,
+    /// What these count: lines, unless the input has none.
+    pub place: &'static str,
+}
+
+impl Default for Batch {
+    fn default() -> Self {
+        Self { positions: Vec::new(), times: Vec::new(), tags: Vec::new(), lines: Vec::new(), place: "line" }
+    }
 }
 
 /// One thing that a source sends.
@@ -64,8 +72,8 @@ impl Input {
     /// About how many bytes it takes.
     pub fn bytes(&self) -> usize {
         let of_items = match self {
-            Self::Points(Batch { positions, times, tags, lines })
-            | Self::Retract(Batch { positions, times, tags, lines }) => {
+            Self::Points(Batch { positions, times, tags, lines, .. })
+            | Self::Retract(Batch { positions, times, tags, lines, .. }) => {
                 size_of_val(positions.as_slice())
                     + size_of_val(times.as_slice())
                     + size_of_val(tags.as_slice())

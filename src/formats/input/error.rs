@@ -12,6 +12,7 @@ use std::fmt;
 use std::io;
 
 use super::excerpt::Excerpt;
+use super::foreign::error::ForeignError;
 use super::separator::Separator;
 
 /// The input cannot be read any further.
@@ -38,6 +39,9 @@ pub enum ReadError {
         /// The beginning of that line.
         header: Excerpt,
     },
+    /// It is a file of another program.
+    #[error(transparent)]
+    Foreign(#[from] ForeignError),
 }
 
 /// A line that could not be read, and why. The lines after it are not affected.

@@ -95,6 +95,24 @@ impl<R: Read> Lines<R> {
         memchr2(b'\n', b'\r', rest).is_some()
     }
 
+    /// What has been read and not handed out, or what comes next, instead of a line; empty at the end of the source.
+    pub(super) fn take_bytes(&mut self) -> io::Result<&[u8]> {
+        if self.start == self.filled && !self.ended {
+            self.fill()?;
+        }
+        let bytes = self.start..self.filled;
+        self.consumed += bytes.len() as u64;
+        (self.start, self.searched) = (self.filled, self.filled);
+        Ok(&self.buffer[bytes])
+    }
+
+    /// Drops a line that has no end, after the source has failed for good. How many bytes it had.
+    pub(super) fn drop_unfinished(&mut self) -> usize {
+        let dropped = self.filled - self.start;
+        (self.start, self.searched, self.skipping, self.ended) = (self.filled, self.filled, false, true);
+        dropped
+    }
+
     /// How many bytes a line may have.
     pub fn limit(&self) -> usize {
         self.limit

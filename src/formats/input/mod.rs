@@ -17,11 +17,14 @@
 //!
 //! Layers, each knowing only those before it: `excerpt` and `error` (how to say what is wrong), `format` and
 //! `columns` (what to expect), `lines` (bytes to lines), `separator`, `numbers` and `text` (a table's line to numbers),
-//! `json_literals`, `json_values` and `jsonl` (a JSON line to numbers), `reader` (all of it together).
+//! `json_literals`, `json_values` and `jsonl` (a JSON line to numbers), `decoding` and `foreign` (compressed files and
+//! those of other programs), `reader` (all of it together).
 
 mod columns;
+mod decoding;
 mod error;
 mod excerpt;
+mod foreign;
 mod format;
 mod json_literals;
 mod json_values;
@@ -39,7 +42,7 @@ mod tests;
 pub use columns::{Columns, ColumnsError};
 pub use error::ReadError;
 pub use excerpt::Excerpt;
-pub use format::{Format, sniffed};
+pub use format::{Format, opened};
 pub use lines::{Line, Lines};
 pub use reader::{Limits, Reader};
 pub use record::Record;

@@ -9,8 +9,10 @@
 use std::io::Read;
 
 use super::columns::Columns;
+use super::decoding::Damage;
 use super::error::{BadLine, BadLineReason, Fault, Field, ReadError};
 use super::excerpt::Excerpt;
+use super::foreign::Foreign;
 use super::format::Format;
 use super::jsonl::{self, Faults};
 use super::lines::{BYTE_ORDER_MARK, Line, Lines};
@@ -48,6 +50,7 @@ pub struct Reader<R> {
 enum Content {
     Table(Box<Table>),
     Json { wants_times: bool, faults: Faults },
+    Foreign(Box<Foreign>),
 }
 
 impl<R: Read> Reader<R> {
@@ -57,6 +60,7 @@ impl<R: Read> Reader<R> {
         let content = match format {
             Format::Text => Content::Table(Box::new(Table::new(columns))),
             Format::JsonLines => Content::Json { wants_times: columns.wants_times(), faults: Faults::default() },
+            Format::Foreign(format) => Content::Foreign(Box::new(Foreign::new(format, columns, limits.line_bytes))),
         };
         Self { lines: Lines::new(source, limits.line_bytes), content, points: Vec::new(), held: None }
     }
@@ -89,19 +93,36 @@ impl<R: Read> Reader<R> {
 
     /// Whether the next record is at hand, so that asking for it would not wait for the source.
     pub fn is_ready(&self) -> bool {
-        self.held.is_some() || self.content.has_fault() || self.lines.has_line()
+        match &self.content {
+            Content::Foreign(foreign) => foreign.is_ready(),
+            content => self.held.is_some() || content.has_fault() || self.lines.has_line(),
+        }
     }
 
     /// The number of the line of the last record, counted from 1; 0 before the first. After the end
-    /// it is the number of lines.
+    /// it is the number of lines. Of a foreign file, points or elements are counted instead: see `unit`.
     #[cfg(test)]
     pub fn line(&self) -> u64 {
-        self.lines.number()
+        match &self.content {
+            Content::Foreign(foreign) => foreign.number(),
+            Content::Table(_) | Content::Json { .. } => self.lines.number(),
+        }
     }
 
-    /// The number of the line that the next record is of, if that is points.
+    /// What [`Reader::line`] counts.
+    pub fn unit(&self) -> &'static str {
+        match &self.content {
+            Content::Foreign(foreign) => foreign.unit(),
+            Content::Table(_) | Content::Json { .. } => "line",
+        }
+    }
+
+    /// The number of the line, or of what `unit` says, that the next record is of, if that is points.
     pub fn next_line(&self) -> u64 {
-        self.lines.number() + u64::from(self.held.is_none())
+        match &self.content {
+            Content::Foreign(foreign) => foreign.number() + 1,
+            Content::Table(_) | Content::Json { .. } => self.lines.number() + u64::from(self.held.is_none()),
+        }
     }
 
     /// How many bytes of the source have been used, up to the end of that line.
@@ -113,19 +134,26 @@ impl<R: Read> Reader<R> {
     pub fn take_choice(&mut self) -> Option<Choice> {
         match &mut self.content {
             Content::Table(table) => table.take_choice(),
+            Content::Foreign(foreign) => foreign.take_choice(),
             Content::Json { .. } => None,
         }
     }
 
     fn parse_line(&mut self) -> Result<Option<Parsed>, ReadError> {
         self.points.clear();
+        if let Content::Foreign(foreign) = &mut self.content {
+            return Ok(foreign.next(&mut self.lines, &mut self.points)?);
+        }
         let number = self.lines.number() + 1;
         let line = match self.lines.next() {
             Ok(Some(Line::Whole(line))) => line,
             Ok(Some(Line::TooLong)) => return Ok(Some(self.too_long())),
             Ok(None) => return Ok(None),
             Err(source) => {
-                return Err(ReadError::Io { line: number, source });
+                return match Damage::of(&source) {
+                    Some(damage) => Ok(Some(Parsed::Missed(self.cut_short(damage)))),
+                    None => Err(ReadError::Io { line: number, source }),
+                };
             }
         };
         let line = if number == 1 { without_mark(line) } else { line };
@@ -133,6 +161,15 @@ impl<R: Read> Reader<R> {
             .parse(line, number, &mut self.points)
             .map(Some)
             .map_err(|UnknownName(name)| unknown_column(number, name, line))
+    }
+
+    /// What is missing after the last whole line.
+    fn cut_short(&mut self, damage: &Damage) -> String {
+        let line = self.lines.number();
+        match self.lines.drop_unfinished() {
+            0 => format!("after line {line}: {damage}"),
+            bytes => format!("after line {line}, of the next line only {bytes} byte(s) came: {damage}"),
+        }
     }
 
     fn too_long(&self) -> Parsed {
@@ -193,6 +230,8 @@ impl Content {
                     Parsed::Bad(fault)
                 }))
             }
+            // It is not read by lines.
+            (Some(_), Self::Foreign(_)) => Ok(Parsed::Nothing),
         }
     }
 }

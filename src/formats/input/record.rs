@@ -32,6 +32,8 @@ pub enum Record<'a> {
     Nothing,
     /// A line that could not be read.
     Bad(BadLine),
+    /// Something else of the input that was not read: where, and why.
+    Missed(String),
 }
 
 /// What a parser found on a line. Points are in the buffer it was given.
@@ -43,6 +45,7 @@ pub(super) enum Parsed {
     Commit { time: Option<f64> },
     Blank,
     Bad(Fault),
+    Missed(String),
 }
 
 impl Parsed {
@@ -55,6 +58,7 @@ impl Parsed {
             Self::Commit { time } => Record::Commit { time },
             Self::Blank => Record::Blank,
             Self::Bad(fault) => Record::Bad(fault.on_line(line)),
+            Self::Missed(reason) => Record::Missed(reason),
         }
     }
 }

@@ -19,6 +19,7 @@ fn show(record: &Record<'_>) -> String {
         Record::Blank => "blank".to_owned(),
         Record::Nothing => "nothing".to_owned(),
         Record::Bad(bad) => bad.to_string(),
+        Record::Missed(reason) => reason.clone(),
     }
 }
 

@@ -77,7 +77,7 @@ fn read(source: &PointSource, parts: Vec<Vec<u8>>) -> Vec<String> {
 }
 
 fn say(said: &mut Vec<String>, what: &str, batch: &Batch, most: usize) {
-    let Batch { positions, times, tags, lines } = batch;
+    let Batch { positions, times, tags, lines, .. } = batch;
     assert!((1..=most.max(1)).contains(&positions.len()) && tags.is_empty() && lines.len() == positions.len());
     assert!(times.is_empty() || times.len() == positions.len());
     for (index, (position, line)) in positions.iter().zip(lines).enumerate() {

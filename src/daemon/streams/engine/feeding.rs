@@ -232,7 +232,7 @@ impl Engine {
 
 /// Where a point stands in the input, if it is one of stdin.
 fn place(batch: &Batch, index: usize) -> Option<Place> {
-    batch.lines.get(index).map(|&line| Place { line, point: batch.positions[index] })
+    batch.lines.get(index).map(|&line| Place { line, unit: batch.place, point: batch.positions[index] })
 }
 
 /// Counts and logs a point of stdin that is refused. A producer's is in the reply.
@@ -241,8 +241,8 @@ pub(super) fn report(
     place: Option<Place>,
     reason: &dyn Display,
 ) -> Result<(), StrictStop> {
-    let Some(Place { line, point: (x, y) }) = place else { return Ok(()) };
-    input_errors.add(&format_args!("line {line}, point ({}, {}): {reason}", Exact(x), Exact(y)))
+    let Some(Place { line, unit, point: (x, y) }) = place else { return Ok(()) };
+    input_errors.add(&format_args!("{unit} {line}, point ({}, {}): {reason}", Exact(x), Exact(y)))
 }
 
 /// Replies to a producer; stdin gets no reply.

@@ -34,8 +34,10 @@ pub struct Source {
 /// Where a point stands in the input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Its line.
+    /// Its line, or what `unit` says.
     pub line: u64,
+    /// What this counts.
+    pub unit: &'static str,
     /// The point.
     pub point: (f64, f64),
 }
