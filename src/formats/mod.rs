@@ -6,6 +6,7 @@
 //! Must not know: sockets, threads, arguments.
 
 pub mod aligned;
+pub mod degrees;
 pub mod frame_line;
 pub mod frame_writer;
 pub mod images;

@@ -14,8 +14,8 @@ use std::path::PathBuf;
 use hopes_protocol::Message;
 use thiserror::Error;
 
+use super::degrees::tell_choice;
 use super::input::{Columns, Format, Limits, ReadError, Reader, Record, opened};
-use super::projection::tell_choice;
 use super::recording::{Frames, Next, RecordingError};
 use crate::daemon::{Batch, Input};
 

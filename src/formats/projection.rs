@@ -11,12 +11,9 @@
 //! origin. Distances there are true to half a hundredth, as the Earth is no sphere, and less so far north or south of
 //! it. It is written here in three lines; crates such as `proj` bind a large library for all projections.
 
-use std::fmt;
-
 use hopes::topology::Exact;
 use thiserror::Error;
 
-use super::input::Choice;
 use crate::daemon::{Batch, Input};
 
 /// The Earth's mean radius, in metres.
@@ -25,9 +22,6 @@ const RADIUS: f64 = 6_371_008.8;
 const NEAREST_TO_POLE: f64 = 89.5;
 /// Degrees are written to a ten-thousandth of a millimetre.
 const GRAIN: f64 = 1e12;
-
-/// Words that stand for degrees in headers of tables, in small letters.
-const DEGREES: [&str; 7] = ["lon", "lat", "lng", "long", "longitude", "latitude", "degrees"];
 
 /// Why a point has no place in the plane.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -170,39 +164,6 @@ fn announce(projection: &Projection) {
     tracing::info!("--project: coordinates are metres east and north of longitude {longitude}, latitude {latitude}");
 }
 
-/// What is said of coordinates that come from columns of these names, if they look like degrees.
-pub fn warning_of_degrees<'a>(names: impl IntoIterator<Item = &'a str>) -> Option<DegreesWarning> {
-    let bare = |name: &str| {
-        name.trim_start_matches(['#', ' ']).split(['[', '(']).next().map(|name| name.trim().to_lowercase())
-    };
-    let stands_for_degrees = |name: &&str| bare(name).is_some_and(|name| DEGREES.contains(&name.as_str()));
-    names.into_iter().find(stands_for_degrees).map(|name| DegreesWarning(name.to_owned()))
-}
-
-/// Tells what was chosen in an input of that name, and warns if it is degrees that stay so.
-pub fn tell_choice(input: &str, choice: &Choice, is_projected: bool) {
-    tracing::info!("{input}: {}", choice.text);
-    let names = choice.names.iter().map(String::as_str).filter(|_| !is_projected);
-    if let Some(warning) = warning_of_degrees(names) {
-        tracing::warn!("{input}: {warning}");
-    }
-}
-
-/// Degrees are taken as if they were lengths.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DegreesWarning(String);
-
-impl fmt::Display for DegreesWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "the column {} has degrees, which are no lengths: a degree of longitude is shorter than one of latitude, \
-             and round holes come out oblong; --project makes metres of them",
-            self.0
-        )
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -260,8 +221,8 @@ mod tests {
         let batch = Batch {
             positions: vec![(25.0, 60.0), (25.0, 95.0), (25.0, 60.001)],
             times: vec![1.0, 2.0, 3.0],
-            tags: vec![],
             lines: vec![4, 5, 6],
+            ..Batch::default()
         };
         let mut sent = Vec::new();
         assert!(projector.send(Input::Points(batch), &mut |input| {
@@ -272,15 +233,5 @@ mod tests {
         assert!(reason.starts_with("line 5: longitude 25, latitude 95"), "{reason}");
         assert_eq!((good.times.as_slice(), good.lines.as_slice()), (&[1.0, 3.0][..], &[4, 6][..]));
         assert_eq!(good.positions[0], (0.0, 0.0));
-    }
-
-    #[test]
-    fn names_of_degrees_are_known() {
-        for names in [["lon", "lat"], ["Longitude", "Latitude"], ["x", "LAT [deg]"], ["# lng", "y"]] {
-            assert!(warning_of_degrees(names).is_some_and(|warning| warning.to_string().contains("--project")));
-        }
-        for names in [["x", "y"], ["1", "2"], ["latency", "longest"], ["easting", "northing"]] {
-            assert_eq!(warning_of_degrees(names), None);
-        }
     }
 }

@@ -15,8 +15,9 @@ use std::path::{Path, PathBuf};
 use hopes::topology::{CoordinateError, Exact, Pipeline, Position, Refusal};
 use thiserror::Error;
 
+use super::degrees::tell_choice;
 use super::input::{Columns, Format, Limits, ReadError, Reader, Record, opened};
-use super::projection::{Projector, tell_choice};
+use super::projection::Projector;
 
 /// Where points come from.
 #[derive(Clone)]

@@ -9,8 +9,9 @@ use std::str::FromStr;
 use clap::Args;
 
 use super::values::number;
+use crate::formats::degrees::warning_of_degrees;
 use crate::formats::input::{Columns, ColumnsError};
-use crate::formats::projection::{Projection, Projector, warning_of_degrees};
+use crate::formats::projection::{Projection, Projector};
 
 /// Columns of a table, and the words that chose them.
 #[derive(Clone, Debug)]

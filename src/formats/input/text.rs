@@ -296,24 +296,25 @@ impl<'a> Chosen<'a> {
     #[inline]
     fn of(places: Places, line: &'a str, separator: Separator) -> Self {
         let last = places.x.max(places.y).max(places.time.unwrap_or(0));
-        let mut chosen = Self { x: None, y: None, time: None, seen: 0, rest: separator.split(line) };
-        while let Some(field) = chosen.rest.next() {
-            let place = chosen.seen;
-            chosen.seen += 1;
+        let mut rest = separator.split(line);
+        let (mut x, mut y, mut time, mut seen) = (None, None, None, 0);
+        for field in rest.by_ref() {
+            let place = seen;
+            seen += 1;
             if place == places.x {
-                chosen.x = Some(field);
+                x = Some(field);
             }
             if place == places.y {
-                chosen.y = Some(field);
+                y = Some(field);
             }
             if Some(place) == places.time {
-                chosen.time = Some(field);
+                time = Some(field);
             }
             if place == last {
                 break;
             }
         }
-        chosen
+        Self { x, y, time, seen, rest }
     }
 
     fn all(&self) -> impl Iterator<Item = &'a str> {

@@ -26,6 +26,7 @@ fuzz_target!(|data: &[u8]| {
     let form = match form % 4 {
         0 => Form::Lines(Some(Format::Text), columns),
         1 => Form::Lines(Some(Format::JsonLines), columns),
+        2 => Form::Lines(None, columns),
         _ => Form::Binary,
     };
     let bytes = if matches!(form, Form::Binary) { mended(bytes) } else { bytes.to_vec() };
@@ -36,6 +37,7 @@ fuzz_target!(|data: &[u8]| {
         closes_last: options & 2 != 0,
         loops: false,
         batch: usize::from(options >> 2 & 3),
+        is_projected: false,
     };
     let in_pieces = read(&source, pieces.over(&bytes).map(<[u8]>::to_vec).collect());
     let at_once = read(&PointSource { batch: 4096, ..source }, vec![bytes]);

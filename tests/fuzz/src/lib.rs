@@ -20,6 +20,7 @@ static ALLOCATOR: cap::Cap<std::alloc::System> = cap::Cap::new(std::alloc::Syste
 
 #[path = "../../../src/formats"]
 pub mod formats {
+    pub mod degrees;
     pub mod frame_line;
     pub mod input;
     pub mod messages;
@@ -49,6 +50,8 @@ pub mod daemon {
 pub mod view {
     pub mod framing;
     pub mod http;
+    pub mod names;
+    pub mod query;
     pub mod snapshot;
 }
 
