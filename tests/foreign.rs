@@ -177,8 +177,9 @@ fn other_files_are_refused_in_one_line() {
 #[test]
 fn commands_in_refusals_make_the_points() {
     let directory = tempfile::tempdir().unwrap();
-    let cases: [(&str, &[u8], &str); 8] = [
+    let cases: [(&str, &[u8], &str); 9] = [
         ("a.off", b"OFF # a model\n# of 3\n3 1 0\n1 2 0\n\n3 4 0\n5 6 0\n3 0 1 2\n", "1 2\n3 4\n5 6\n"),
+        ("n.off", b"nOFF\n2\n3 0 0\n1 2\n3 4\n5 6\n", "1 2\n3 4\n5 6\n"),
         ("b.off", b"OFF 3 1 0\n1 2 0\n3 4 0\n5 6 0\n3 0 1 2\n", "1 2\n3 4\n5 6\n"),
         ("a.obj", b"mtllib a.mtl\nv 1 2 0\nvn 0 0 1\nv 3 4 0 1\nf 1 2 3\n", "1 2\n3 4\n"),
         ("a.stl", b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 1 2 0\nvertex 3 4 0\n", "1 2\n3 4\n"),

@@ -51,6 +51,11 @@ fn rings() -> Vec<(&'static str, String)> {
         ("a mark and a header in quotes", format!("\u{feff}\"X\",\"Y\"\n{body}")),
         ("an index", format!(",x,y\n{}", lines(|index, [x, y]| format!("{index},{x},{y}\n")))),
         ("an index with a mark", format!("id,x,y\n{}", lines(|index, [x, y]| format!("#{index},{x},{y}\n")))),
+        (
+            "an index beside other names",
+            format!("\"\",\"V1\",\"V2\"\n{}", lines(|index, [x, y]| format!("\"{index}\",{x},{y}\n"))),
+        ),
+        ("an index beside numbers", format!(",0,1\n{}", lines(|index, [x, y]| format!("{index},{x},{y}\n")))),
         ("times first", format!("time,x,y\n{}", lines(|index, [x, y]| format!("{index},{x},{y}\n")))),
         ("latitude first", format!("name;lat;lon\n{}", lines(|_, [x, y]| format!("a b;{y};{x}\n")))),
         ("words", format!("Latitude\tLongitude\n{}", lines(|_, [x, y]| format!("{y}\t{x}\n")))),
@@ -59,6 +64,7 @@ fn rings() -> Vec<(&'static str, String)> {
         ("a header behind a mark", format!("# z y x\n{}", lines(|index, [x, y]| format!("{index} {y} {x}\n")))),
         ("decimal commas", lines(|_, [x, y]| format!("{};{}\n", comma(x), comma(y)))),
         ("decimal commas and blanks", format!("x y\n{}", lines(|_, [x, y]| format!("{}  {}\n", comma(x), comma(y))))),
+        ("blanks and exponents", lines(|_, [x, y]| format!(" {x:.18e}  {y:.18e}\n"))),
         ("JSON lines", lines(|_, [x, y]| format!("[{x},{y}]\n"))),
         ("JSON lines with CR", lines(|_, [x, y]| format!("{{\"x\":{x},\"y\":{y}}}\r"))),
     ]
@@ -94,15 +100,16 @@ fn a_window_of_time_takes_the_times_that_the_header_names() {
         let last: Value = serde_json::from_str(out.lines().last().unwrap()).unwrap();
         last["points"].as_u64().unwrap()
     };
-    let input = "stamp,x,y\n0,0,0\n1,1,1\n30,2,2\n31,3,3\n";
-    assert_eq!(points("--window time:5", input), 2);
-    assert_eq!(points("--window time:5s", input), 2);
-    assert_eq!(points("--window time:1m", input), 4);
+    let input = "stamp,x,y\n0,0,0\n1,1,1\n4,2,2\n8,3,3\n9,4,4\n";
+    assert_eq!(points("--window time:5", input), 3);
+    assert_eq!(points("--window time:4s", input), 2);
+    assert_eq!(points("--window time:1m", input), 5);
     assert_eq!(points("--window points:3", input), 3);
     let iso = "timestamp,x,y\n2026-11-29T12:00:00Z,0,0\n2026-11-29 12:00:04,1,1\n2026-11-29T13:00:08+01:00,2,2\n";
     assert_eq!(points("--window time:5s", iso), 2);
-    let json = "[0,0,\"2026-11-29T12:00:00Z\"]\n{\"x\":1,\"y\":1,\"t\":\"2026-11-29T12:00:09Z\"}\n";
-    assert_eq!(points("--window time:5s", json), 1);
+    let json = "[0,0,\"2026-11-29T12:00:00Z\"]\n[1,1,\"2026-11-29T12:00:02Z\"]\n\
+                {\"x\":2,\"y\":2,\"timestamp\":\"2026-11-29T12:00:04Z\"}\n";
+    assert_eq!(points("--window time:3s", json), 2);
 }
 
 /// Input that must be reported: what stands in the log, and the exit code without `--strict`. With it, it is 3.

@@ -14,7 +14,7 @@ use std::str::FromStr;
 /// Parsed from two entries, x and y, or three, x, y and the event time, separated by commas. An
 /// entry is a number counted from 1 or the name of a column in the header line; in double quotes it
 /// is always a name. Without a choice, x and y are those that the header names so, in one of the ways
-/// of [`NAMES`], else the first two columns.
+/// of [`NAMES`], else the first two columns. A first column without a name is an index, and not one of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
     x: Column,
@@ -127,6 +127,14 @@ fn plain(name: &str) -> String {
     }
 }
 
+/// Whether the first column is an index without a name, as pandas and R write it. The others are named, or counted.
+fn begins_with_index(names: &[String]) -> bool {
+    let Some((first, others @ [_, _, ..])) = names.split_first() else { return false };
+    let are_counted = others.iter().enumerate().all(|(place, name)| *name == place.to_string());
+    let are_named = others.iter().all(|name| !name.is_empty() && name.parse::<f64>().is_err());
+    first.is_empty() && (are_counted || are_named)
+}
+
 impl Columns {
     /// The same, with event times where the header names them, unless columns are chosen.
     pub fn with_times(self, wants_time: bool) -> Self {
@@ -145,7 +153,8 @@ impl Columns {
         }
         let names: Vec<String> = header.map(plain).collect();
         let place = |known: &[&str]| names.iter().position(|name| known.contains(&name.as_str()));
-        let (x, y) = NAMES.iter().find_map(|(x, y)| Some((place(x)?, place(y)?)))?;
+        let pair = NAMES.iter().find_map(|(x, y)| Some((place(x)?, place(y)?)));
+        let (x, y) = pair.or_else(|| begins_with_index(&names).then_some((1, 2)))?;
         let time = if self.wants_time { place(&TIMES) } else { None };
         Some(Places { x, y, time })
     }
@@ -239,6 +248,11 @@ mod tests {
             ("# x [m], y [m]", Some((0, 1, None))),
             ("name,x_m,y_m", Some((1, 2, None))),
             ("x,lat", None),
+            (",V1,V2", Some((1, 2, None))),
+            (",0,1,2", Some((1, 2, None))),
+            (",1,2", None),
+            (",a", None),
+            (",,a,b", None),
             ("a,b", None),
             ("max,may", None),
         ];

@@ -115,8 +115,8 @@ impl Cloud {
             Some(Verdict::Agreed(newest)) => known = Some(known.map_or(newest, |known| known.max(newest))),
             Some(Verdict::Believed(run, confirmation)) => {
                 (known, jump) = (Some(run.newest), Some(run));
-                let before = believed.unwrap_or(run.newest);
-                admission.restart = Some(Restart { before, newest: run.newest, confirmation });
+                // Where nothing was believed, nothing starts anew.
+                admission.restart = believed.map(|before| Restart { before, newest: run.newest, confirmation });
             }
             Some(Verdict::Doubted { now, refusal, is_new }) => {
                 known = Some(now.time);

@@ -130,8 +130,8 @@ impl Refusal {
                 "take its vertices: awk '$1 == \"v\" {print $2, $3}' FILE | hopes compute - (if it is a table: --input text)"
             }
             Self::Off => {
-                "take its vertices: awk '{sub(/#.*/, \"\")} /OFF/ {sub(/.*OFF/, \"\")} NF && !c {c = $1; next} NF && k++ < c \
-                 {print $1, $2}' FILE | hopes compute -"
+                "take its vertices: awk '{sub(/#.*/, \"\")} /OFF/ {sub(/.*OFF/, \"\")} NF && !c {if (NF > 2) c = $(NF - 2); \
+                 next} NF && k++ < c {print $1, $2}' FILE | hopes compute -"
             }
             Self::Parquet => {
                 "convert it: python3 -c \"import pandas; pandas.read_parquet('FILE').to_csv('points.csv', index=False)\""
