@@ -112,7 +112,7 @@ fn magic(first: &[u8]) -> Verdict {
         return Verdict::Is(*kind);
     }
     // The mark of UTF-16 is the beginning of that of UTF-32.
-    if first.starts_with(b"\xff\xfe") && first.len() >= 4 {
+    if first.starts_with(b"\xff\xfe") && !b"\xff\xfe\0\0".starts_with(first) {
         return Verdict::Is(Kind::Utf16 { is_big_endian: false });
     }
     if MAGIC.iter().any(|(magic, _)| magic.starts_with(first)) { Verdict::Open } else { Verdict::Other }

@@ -48,6 +48,7 @@ fn first_bytes_say_what_a_file_is() {
         (b"BZh91AY&SY", refused(Refusal::Bzip2)),
         (b"HOPES\r\n\x1a\x01", refused(Refusal::Recording)),
         (b"\xff\xfe1\0", Kind::Utf16 { is_big_endian: false }),
+        (b"\xff\xfe1", Kind::Utf16 { is_big_endian: false }),
         (b"\xfe\xff\x001", Kind::Utf16 { is_big_endian: true }),
         (b"1\0,\x002\0", refused(Refusal::Utf16 { is_big_endian: false })),
         (b"\x001\0,\x002", refused(Refusal::Utf16 { is_big_endian: true })),
