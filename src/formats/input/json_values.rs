@@ -29,7 +29,7 @@ pub(super) enum Scalar {
     Number(f64),
     Text(Excerpt),
     /// A date and a time of day, in seconds since 1970.
-    Time(f64, Excerpt),
+    Time(f64, Box<Excerpt>),
     Array,
     Object,
 }
@@ -40,7 +40,8 @@ impl fmt::Display for Scalar {
             Self::Null => f.write_str("null"),
             Self::Bool(value) => value.fmt(f),
             Self::Number(value) => value.fmt(f),
-            Self::Text(text) | Self::Time(_, text) => text.fmt(f),
+            Self::Text(text) => text.fmt(f),
+            Self::Time(_, text) => text.fmt(f),
             Self::Array => f.write_str("an array"),
             Self::Object => f.write_str("an object"),
         }
@@ -88,7 +89,7 @@ impl<'de> Visitor<'de> for ScalarVisitor {
             NAN => Scalar::Number(f64::NAN),
             INFINITY => Scalar::Number(f64::INFINITY),
             MINUS_INFINITY => Scalar::Number(f64::NEG_INFINITY),
-            _ => iso_time(text).map_or_else(|| Scalar::Text(excerpt()), |time| Scalar::Time(time, excerpt())),
+            _ => iso_time(text).map_or_else(|| Scalar::Text(excerpt()), |time| Scalar::Time(time, Box::new(excerpt()))),
         })
     }
 
