@@ -141,6 +141,14 @@ impl Columns {
         Self { wants_time, ..self }
     }
 
+    /// The places of x and y among named fields of a file: those that were chosen, or those that are named so.
+    pub(super) fn among<'a>(&self, names: impl Iterator<Item = &'a str> + Clone) -> Option<Places> {
+        if self.is_open {
+            return self.named_in(names);
+        }
+        self.find(|name| names.clone().position(|known| known == name)).ok()
+    }
+
     /// Whether event times are wanted where nobody has chosen columns.
     pub(super) fn wants_times(&self) -> bool {
         self.wants_time

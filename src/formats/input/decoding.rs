@@ -215,7 +215,7 @@ mod tests {
         assert_eq!(live.read(&mut room).unwrap(), 4);
     }
 
-    /// A source that has nothing more for now.
+    /// A source from which nothing more has arrived.
     struct Waiting;
 
     impl Read for Waiting {

@@ -1,7 +1,7 @@
 //! The values that a JSON line is made of, as serde reads them.
 //!
 //! In: a deserializer.
-//! Out: a [`Scalar`], a [`Row`] of them, or the [`Name`] of a member.
+//! Out: a [`Scalar`], an [`Element`] with a [`Row`] of them, or the [`Name`] of a member.
 //! Invariants: of a value that cannot be used only the kind is kept, or the beginning of a string; an error of a
 //! type here never quotes a string, which may be long.
 //! Must not know: which values a line needs.
@@ -11,7 +11,7 @@ use std::fmt;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
 
-use super::error::Member;
+use super::error::{BadLineReason, Member};
 use super::excerpt::Excerpt;
 use super::numbers::iso_time;
 
@@ -111,47 +111,21 @@ pub(super) struct Row {
     pub(super) length: usize,
 }
 
-impl<'de> Deserialize<'de> for Row {
-    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
-        source.deserialize_any(RowVisitor)
-    }
-}
-
-struct RowVisitor;
-
-impl<'de> Visitor<'de> for RowVisitor {
-    type Value = Row;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a point [x,y]")
-    }
-
-    fn visit_str<E: Error>(self, _: &str) -> Result<Row, E> {
-        Err(a_string(&self))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut source: A) -> Result<Row, A::Error> {
-        let mut elements = <[Scalar; 3]>::default();
-        let mut length = 0;
-        while length < elements.len() {
-            let Some(element) = source.next_element()? else {
-                return Ok(Row { elements, length });
-            };
-            elements[length] = element;
-            length += 1;
-        }
-        while source.next_element::<IgnoredAny>()?.is_some() {
-            length += 1;
-        }
-        Ok(Row { elements, length })
-    }
-}
-
-/// An element of a list of points, whatever it is: one that is no array does not end the list.
+/// A JSON value where a point should be, whatever it is: one that is no array does not end a list of points.
 #[derive(Debug)]
 pub(super) enum Element {
     Row(Row),
     Other(Scalar),
+}
+
+impl Element {
+    /// The row of coordinates, or what is wrong with an element that is none.
+    pub(super) fn row(self) -> Result<Row, BadLineReason> {
+        match self {
+            Self::Row(row) => Ok(row),
+            Self::Other(found) => Err(BadLineReason::NotAPoint { found: found.to_string() }),
+        }
+    }
 }
 
 impl<'de> Deserialize<'de> for Element {
@@ -166,7 +140,7 @@ impl<'de> Visitor<'de> for ElementVisitor {
     type Value = Element;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        RowVisitor.expecting(f)
+        f.write_str("a point [x,y]")
     }
 
     fn visit_unit<E: Error>(self) -> Result<Element, E> {
@@ -193,8 +167,20 @@ impl<'de> Visitor<'de> for ElementVisitor {
         ScalarVisitor.visit_str(text).map(Element::Other)
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, elements: A) -> Result<Element, A::Error> {
-        RowVisitor.visit_seq(elements).map(Element::Row)
+    fn visit_seq<A: SeqAccess<'de>>(self, mut source: A) -> Result<Element, A::Error> {
+        let mut elements = <[Scalar; 3]>::default();
+        let mut length = 0;
+        while length < elements.len() {
+            let Some(element) = source.next_element()? else {
+                return Ok(Element::Row(Row { elements, length }));
+            };
+            elements[length] = element;
+            length += 1;
+        }
+        while source.next_element::<IgnoredAny>()?.is_some() {
+            length += 1;
+        }
+        Ok(Element::Row(Row { elements, length }))
     }
 
     fn visit_map<A: MapAccess<'de>>(self, members: A) -> Result<Element, A::Error> {

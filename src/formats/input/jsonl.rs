@@ -94,10 +94,10 @@ fn parse_strictly(
 }
 
 fn parse_array(line: &str, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
-    let row: Row = serde_json::from_str(line).map_err(|error| json_fault(&error))?;
-    let [x, y, t] = row.elements;
-    if !matches!(row.length, 2 | 3) {
-        let reason = BadLineReason::WrongLength { found: row.length, expected: "[x,y] or [x,y,t]" };
+    let element: Element = serde_json::from_str(line).map_err(|error| json_fault(&error))?;
+    let Row { elements: [x, y, t], length } = element.row().map_err(Fault::of_line)?;
+    if !matches!(length, 2 | 3) {
+        let reason = BadLineReason::WrongLength { found: length, expected: "[x,y] or [x,y,t]" };
         return Err(Fault::of_line(reason));
     }
     points.push([coordinate(x, Member::X)?, coordinate(y, Member::Y)?]);
@@ -200,12 +200,7 @@ impl<'de> Visitor<'de> for List<'_> {
 
 fn listed_point(element: Element, list: Member, point: usize) -> Result<[f64; 2], Fault> {
     let at = |coordinate| Field::Listed { list, point, coordinate };
-    let row = match element {
-        Element::Row(row) => row,
-        Element::Other(found) => {
-            return Err(Fault::at(at(None), BadLineReason::NotAPoint { found: found.to_string() }));
-        }
-    };
+    let row = element.row().map_err(|reason| Fault::at(at(None), reason))?;
     let [x, y, _] = &row.elements;
     if row.length != 2 {
         return Err(Fault::at(at(None), BadLineReason::WrongLength { found: row.length, expected: "[x,y]" }));

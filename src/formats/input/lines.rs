@@ -89,10 +89,9 @@ impl<R: Read> Lines<R> {
     }
 
     /// Whether a whole line has arrived that was not handed out yet.
-    pub(super) fn has_line(&self) -> bool {
-        let rest = &self.buffer[self.searched..self.filled];
-        let rest = if self.after_return { rest.strip_prefix(b"\n").unwrap_or(rest) } else { rest };
-        memchr2(b'\n', b'\r', rest).is_some()
+    pub(super) fn has_line(&mut self) -> bool {
+        // The end that is found here is not searched for again.
+        self.line_end().is_some()
     }
 
     /// What has been read and not handed out, or what comes next, instead of a line; empty at the end of the source.

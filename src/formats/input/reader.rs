@@ -92,7 +92,7 @@ impl<R: Read> Reader<R> {
     }
 
     /// Whether the next record is at hand, so that asking for it would not wait for the source.
-    pub fn is_ready(&self) -> bool {
+    pub fn is_ready(&mut self) -> bool {
         match &self.content {
             Content::Foreign(foreign) => foreign.is_ready(),
             content => self.held.is_some() || content.has_fault() || self.lines.has_line(),

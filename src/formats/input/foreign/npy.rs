@@ -138,15 +138,8 @@ impl Npy {
             named.push((name, cell));
         }
         let names = || named.iter().map(|(name, _)| *name);
-        let place = |name: &str| names().position(|known| known == name);
-        let places = self.columns.named_in(names()).map(Ok);
-        let is_open = self.columns.named_in(["x", "y"].into_iter()).is_some();
         let none = || content(format!("its fields are {}, without x and y: choose with --columns", listed(names())));
-        let places = match places {
-            Some(places) => places,
-            None if is_open => return Err(none()),
-            None => self.columns.find(place).map_err(|_| none()),
-        }?;
+        let places = self.columns.among(names()).ok_or_else(none)?;
         let cell = |place: usize| named.get(place).and_then(|(_, cell)| *cell).ok_or_else(none);
         let cells = Cells { x: cell(places.x)?, y: cell(places.y)?, time: places.time.map(cell).transpose()? };
         let name = |place: usize| Excerpt::of(named[place].0.as_bytes());

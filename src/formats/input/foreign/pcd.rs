@@ -216,12 +216,9 @@ impl Pcd {
 
     fn places(&mut self, fields: &[Field]) -> Result<Places, ForeignError> {
         let names = || self.header.names.iter().map(String::as_str);
-        let is_open = self.columns.named_in(["x", "y"].into_iter()).is_some();
-        let chosen = || self.columns.find(|name| names().position(|known| known == name)).ok().filter(|_| !is_open);
-        let places = self.columns.named_in(names()).or_else(chosen);
         let is_number = |place: usize| fields.get(place).is_some_and(|field| field.number.is_some());
         let is_good = |places: &Places| is_number(places.x) && is_number(places.y) && places.time.is_none_or(is_number);
-        let Some(places) = places.filter(is_good) else {
+        let Some(places) = self.columns.among(names()).filter(is_good) else {
             let names = listed(names());
             let reason = format!("its fields are {names}, without x and y: choose with --columns");
             return Err(ForeignError::Content { format: FORMAT, reason });

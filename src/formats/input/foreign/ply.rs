@@ -182,14 +182,9 @@ impl Ply {
             return Err(ForeignError::Content { format: FORMAT, reason: "it has no element vertex".to_owned() });
         };
         let names = || vertex.properties.iter().map(|property| property.name.as_str());
-        let is_open = self.columns.named_in(["x", "y"].into_iter()).is_some();
-        let named = self.columns.named_in(names());
-        let named = named
-            .or_else(|| self.columns.find(|name| names().position(|known| known == name)).ok().filter(|_| !is_open));
         let is_number = |place: usize| vertex.properties.get(place).is_some_and(|property| property.list.is_none());
-        let named =
-            named.filter(|places| is_number(places.x) && is_number(places.y) && places.time.is_none_or(is_number));
-        let Some(places) = named else {
+        let is_good = |places: &Places| is_number(places.x) && is_number(places.y) && places.time.is_none_or(is_number);
+        let Some(places) = self.columns.among(names()).filter(is_good) else {
             let names = listed(names());
             let reason = format!("its vertices have {names}, without x and y: choose with --columns");
             return Err(ForeignError::Content { format: FORMAT, reason });
