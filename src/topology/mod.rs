@@ -97,6 +97,7 @@
 mod base;
 mod cloud;
 mod frames;
+pub mod metric;
 mod pipeline;
 mod plane;
 mod skeleton;

@@ -12,6 +12,8 @@ mod sorting;
 mod sum;
 
 pub use exact::Exact;
-pub use parallel::{both, for_each, in_parts, with_workers};
+#[cfg(test)]
+pub use parallel::on_threads;
+pub use parallel::{at_once, both, for_each, in_parts, thread_count, with_workers};
 pub use sorting::{in_order, ordinal, pair_key, sort_by_key};
 pub use sum::compensated_sum;

@@ -53,6 +53,25 @@ pub fn both<A: Send, B: Send>(length: usize, a: impl FnOnce() -> A + Send, b: im
     if is_shared(length) { rayon::join(a, b) } else { (a(), b()) }
 }
 
+/// The number of threads of the current pool.
+pub fn thread_count() -> usize {
+    rayon::current_num_threads()
+}
+
+/// Calls `work` on each worker, with its number, at once. Returns the results in the order of the workers.
+pub fn at_once<W: Send, T: Send>(workers: &mut [W], work: impl Fn(usize, &mut W) -> T + Sync) -> Vec<T> {
+    if let [alone] = workers {
+        return vec![work(0, alone)];
+    }
+    workers.par_iter_mut().enumerate().with_max_len(1).map(|(number, worker)| work(number, worker)).collect()
+}
+
+/// Runs a test on a pool of so many threads.
+#[cfg(test)]
+pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work)
+}
+
 /// Below this number of items (each some microseconds of work) one thread is faster.
 const FEW_ITEMS: usize = 64;
 

@@ -1,0 +1,214 @@
+//! Homology classes of cycles over Z/2, as sums of births.
+//!
+//! In: births in order, sums that become zero.
+//! Out: which birth dies with each of these (the elder rule: the youngest of the sum).
+//! Invariants: what a dead birth has become is a sum of elder ones. A settled sum names births that are alive. Sums are
+//! rewritten only when they are used, and then kept.
+//! Must not know: edges, lunes.
+
+/// A sum of births as bits, one a birth.
+pub type Total = Vec<u64>;
+
+/// A sum as it is stored: few births in a list, or many as bits.
+#[derive(Clone, Debug)]
+enum Sum {
+    Few(Vec<u32>),
+    Many(Vec<u64>),
+}
+
+impl Sum {
+    fn of(total: &[u64]) -> Self {
+        let used = total.len() - total.iter().rev().take_while(|&&bits| bits == 0).count();
+        let count = total.iter().map(|bits| bits.count_ones()).sum::<u32>() as usize;
+        if count > used { Self::Many(total[..used].to_vec()) } else { Self::Few(births(total).collect()) }
+    }
+
+    fn add_to(&self, total: &mut [u64]) {
+        match self {
+            Self::Few(few) => few.iter().for_each(|&birth| toggle(total, birth)),
+            Self::Many(many) => total.iter_mut().zip(many).for_each(|(total, bits)| *total ^= bits),
+        }
+    }
+
+    fn meets(&self, set: &[u64]) -> bool {
+        match self {
+            Self::Few(few) => few.iter().any(|&birth| set[birth as usize / 64] >> (birth % 64) & 1 != 0),
+            Self::Many(many) => many.iter().zip(set).any(|(bits, set)| bits & set != 0),
+        }
+    }
+}
+
+/// What a birth has become.
+#[derive(Clone, Debug)]
+struct Dead {
+    /// When it died.
+    at_first: Sum,
+    /// Rewritten since, after so many deaths.
+    now: Sum,
+    as_of: u32,
+}
+
+/// All classes of a sweep.
+#[derive(Clone, Debug, Default)]
+pub struct Classes {
+    /// One entry a birth; none while it is alive.
+    fates: Vec<Option<Box<Dead>>>,
+    dead: Vec<u64>,
+    deaths: u32,
+    work: Total,
+}
+
+impl Classes {
+    /// The number of births.
+    pub fn count(&self) -> usize {
+        self.fates.len()
+    }
+
+    /// The number of births that are alive.
+    pub fn alive(&self) -> usize {
+        self.fates.len() - self.deaths as usize
+    }
+
+    /// A new class is born.
+    pub fn bear(&mut self) {
+        if self.fates.len().is_multiple_of(64) {
+            self.dead.push(0);
+        }
+        self.fates.push(None);
+    }
+
+    /// The zero sum.
+    pub fn zero(&self) -> Total {
+        vec![0; self.dead.len()]
+    }
+
+    /// Rewrites a sum in terms of those alive: from the youngest down, since the dead are sums of elder ones.
+    pub fn settle(&mut self, total: &mut [u64]) {
+        while let Some(birth) = youngest(total, &self.dead) {
+            toggle(total, birth);
+            self.refresh(birth);
+            if let Some(fate) = &self.fates[birth as usize] {
+                fate.now.add_to(total);
+            }
+        }
+    }
+
+    /// Rewrites what a dead birth has become.
+    fn refresh(&mut self, birth: u32) {
+        let Some(fate) = &self.fates[birth as usize] else { return };
+        if fate.as_of == self.deaths {
+            return;
+        }
+        let rewritten = fate.now.meets(&self.dead).then(|| {
+            let mut work = std::mem::take(&mut self.work);
+            work.clear();
+            work.resize(self.dead.len(), 0);
+            fate.now.add_to(&mut work);
+            while let Some(birth) = youngest(&work, &self.dead) {
+                toggle(&mut work, birth);
+                if let Some(fate) = &self.fates[birth as usize] {
+                    fate.now.add_to(&mut work);
+                }
+            }
+            let sum = Sum::of(&work);
+            self.work = work;
+            sum
+        });
+        if let Some(fate) = &mut self.fates[birth as usize] {
+            fate.as_of = self.deaths;
+            fate.now = rewritten.unwrap_or_else(|| std::mem::replace(&mut fate.now, Sum::Few(Vec::new())));
+        }
+    }
+
+    /// Makes a settled sum zero. Returns the birth that dies of it: its youngest; none if it is zero already.
+    pub fn kill(&mut self, total: &mut [u64]) -> Option<u32> {
+        let word = total.iter().rposition(|&bits| bits != 0)?;
+        let birth = word as u32 * 64 + total[word].ilog2();
+        toggle(total, birth);
+        self.deaths += 1;
+        let sum = Sum::of(total);
+        self.fates[birth as usize] = Some(Box::new(Dead { at_first: sum.clone(), now: sum, as_of: self.deaths }));
+        self.dead[word] |= 1 << (birth % 64);
+        Some(birth)
+    }
+
+    /// Rewrites a sum in terms of the births for which `alive` holds, which must be those alive at some time of the
+    /// sweep.
+    pub fn settle_as_of(&self, alive: impl Fn(u32) -> bool, total: &mut [u64]) {
+        for birth in (0..self.fates.len() as u32).rev() {
+            if total[birth as usize / 64] >> (birth % 64) & 1 == 0 || alive(birth) {
+                continue;
+            }
+            toggle(total, birth);
+            if let Some(fate) = &self.fates[birth as usize] {
+                fate.at_first.add_to(total);
+            }
+        }
+    }
+}
+
+/// Adds a birth to a sum.
+#[inline]
+pub fn toggle(total: &mut [u64], birth: u32) {
+    total[birth as usize / 64] ^= 1 << (birth % 64);
+}
+
+/// The births of a sum, the eldest first.
+pub fn births(total: &[u64]) -> impl Iterator<Item = u32> + '_ {
+    total.iter().enumerate().flat_map(|(word, &bits)| {
+        let set = (0..64).filter(move |bit| bits >> bit & 1 != 0);
+        set.map(move |bit| word as u32 * 64 + bit)
+    })
+}
+
+/// The last element of two sets.
+fn youngest(total: &[u64], set: &[u64]) -> Option<u32> {
+    let word = (0..total.len()).rev().find(|&word| total[word] & set[word] != 0)?;
+    Some(word as u32 * 64 + (total[word] & set[word]).ilog2())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sum(classes: &Classes, births: &[u32]) -> Total {
+        let mut total = classes.zero();
+        births.iter().for_each(|&birth| toggle(&mut total, birth));
+        total
+    }
+
+    #[test]
+    fn the_youngest_of_a_sum_dies_and_becomes_the_others() {
+        let mut classes = Classes::default();
+        (0..130).for_each(|_| classes.bear());
+        assert_eq!(classes.kill(&mut sum(&classes, &[3, 70, 129])), Some(129));
+        let mut total = sum(&classes, &[129, 128]);
+        classes.settle(&mut total);
+        assert_eq!(births(&total).collect::<Vec<_>>(), [3, 70, 128]);
+        // 70 becomes 3: so what 129 has become is zero.
+        assert_eq!(classes.kill(&mut sum(&classes, &[3, 70])), Some(70));
+        let mut total = sum(&classes, &[129]);
+        classes.settle(&mut total);
+        assert_eq!(births(&total).count(), 0);
+        assert_eq!(classes.kill(&mut total), None);
+        assert_eq!((classes.count(), classes.alive()), (130, 128));
+        // Before 70 died, 129 was 3 and 70.
+        let mut total = sum(&classes, &[129]);
+        classes.settle_as_of(|birth| birth == 70 || birth < 60, &mut total);
+        assert_eq!(births(&total).collect::<Vec<_>>(), [3, 70]);
+    }
+
+    #[test]
+    fn long_sums_are_rewritten_like_short_ones() {
+        let mut classes = Classes::default();
+        (0..300).for_each(|_| classes.bear());
+        let most: Vec<u32> = (0..250).collect();
+        let mut long = sum(&classes, &[&most[..], &[299]].concat());
+        assert_eq!(classes.kill(&mut long), Some(299));
+        assert_eq!(classes.kill(&mut sum(&classes, &[10, 249])), Some(249));
+        let mut total = sum(&classes, &[299]);
+        classes.settle(&mut total);
+        let expected: Vec<u32> = (0..249).filter(|&birth| birth != 10).collect();
+        assert_eq!(births(&total).collect::<Vec<_>>(), expected);
+    }
+}

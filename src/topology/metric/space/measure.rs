@@ -1,0 +1,143 @@
+//! The metrics of R^d: which sum their lengths are, and which distance a length stands for.
+//!
+//! In: coordinates.
+//! Out: lengths of blocks of points, radii.
+//! Invariants: a length is summed in the order of the coordinates, one operation after the other, so it is the same
+//! double however many are computed at once, and whichever end comes first.
+//! Must not know: how points are stored beyond one block.
+//!
+//! `angular` and `haversine` are taken on the unit sphere: there the square of the chord grows with the angle. So both
+//! compare squares of chords, and only what is shown is an angle or an arc.
+
+use super::error::SpaceError;
+
+/// The mean radius of the Earth in metres (IUGG).
+pub const EARTH_RADIUS: f64 = 6_371_008.8;
+
+/// A distance of R^d.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Metric {
+    /// The root of the sum of squared differences.
+    #[default]
+    Euclidean,
+    /// The sum of absolute differences.
+    Manhattan,
+    /// The largest absolute difference.
+    Chebyshev,
+    /// The angle between two vectors, in radians: the arc cosine of their cosine similarity.
+    Angular,
+    /// The arc between two places on the Earth, in metres; points are longitude and latitude in degrees.
+    Haversine,
+}
+
+/// How many points are measured at once.
+pub const LANES: usize = 8;
+
+/// One coordinate of as many points as are measured at once.
+pub type Lane = [f64; LANES];
+
+impl Metric {
+    /// Half of the distance that a length stands for.
+    pub fn radius(self, length: f64) -> f64 {
+        match self {
+            Self::Euclidean => 0.5 * length.sqrt(),
+            Self::Manhattan | Self::Chebyshev => 0.5 * length,
+            Self::Angular => half_angle(length),
+            Self::Haversine => EARTH_RADIUS * half_angle(length),
+        }
+    }
+
+    /// The lengths from one point of the block `from` to all points of the block `to`.
+    #[inline]
+    pub(super) fn lengths(self, from: &[Lane], lane: usize, to: &[Lane]) -> Lane {
+        match self {
+            Self::Manhattan => fold(from, lane, to, |sum, difference| sum + difference.abs()),
+            Self::Chebyshev => fold(from, lane, to, |most, difference| most.max(difference.abs())),
+            _ => fold(from, lane, to, |sum, difference| sum + difference * difference),
+        }
+    }
+
+    /// The length from one point of a block to one of another.
+    #[inline]
+    pub(super) fn length(self, from: &[Lane], lane: usize, to: &[Lane], other: usize) -> f64 {
+        let differences = from.iter().zip(to).map(|(from, to)| from[lane % LANES] - to[other % LANES]);
+        match self {
+            Self::Manhattan => differences.fold(0.0, |sum, difference| sum + difference.abs()),
+            Self::Chebyshev => differences.fold(0.0, |most: f64, difference| most.max(difference.abs())),
+            _ => differences.fold(0.0, |sum, difference| sum + difference * difference),
+        }
+    }
+
+    /// The coordinates that lengths are taken of, from those of one point.
+    pub(super) fn place(self, point: usize, coordinates: &[f64], out: &mut [f64]) -> Result<(), SpaceError> {
+        match self {
+            Self::Angular => direction(point, coordinates, out),
+            Self::Haversine => on_the_sphere(point, coordinates, out),
+            _ => {
+                out.copy_from_slice(coordinates);
+                Ok(())
+            }
+        }
+    }
+
+    /// How many coordinates lengths are taken of, where points have `dimension`.
+    pub(super) fn width(self, dimension: usize) -> usize {
+        if self == Self::Haversine { 3 } else { dimension }
+    }
+}
+
+#[inline]
+fn fold(from: &[Lane], lane: usize, to: &[Lane], add: impl Fn(f64, f64) -> f64) -> Lane {
+    let mut lengths = [0.0; LANES];
+    for (from, to) in from.iter().zip(to) {
+        let x = from[lane % LANES];
+        for (length, &y) in lengths.iter_mut().zip(to) {
+            *length = add(*length, x - y);
+        }
+    }
+    lengths
+}
+
+/// Half of the angle under which a chord of the unit circle is seen, from the square of the chord.
+fn half_angle(squared_chord: f64) -> f64 {
+    (0.5 * squared_chord.sqrt()).min(1.0).asin()
+}
+
+/// A vector of length one in the same direction. It is scaled by its largest coordinate first, so that no square is
+/// lost.
+fn direction(point: usize, vector: &[f64], out: &mut [f64]) -> Result<(), SpaceError> {
+    let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    if largest == 0.0 {
+        return Err(SpaceError::NoDirection(point));
+    }
+    let norm = vector.iter().map(|x| (x / largest) * (x / largest)).sum::<f64>().sqrt();
+    for (out, x) in out.iter_mut().zip(vector) {
+        *out = x / largest / norm;
+    }
+    Ok(())
+}
+
+fn on_the_sphere(point: usize, degrees: &[f64], out: &mut [f64]) -> Result<(), SpaceError> {
+    let (longitude, latitude) = (degrees[0], degrees[1]);
+    if latitude.abs() > 90.0 {
+        return Err(SpaceError::Latitude { point, value: latitude });
+    }
+    let (sine, cosine) = turn(latitude);
+    let (y, x) = turn(longitude);
+    out.copy_from_slice(&[cosine * x, cosine * y, sine]);
+    Ok(())
+}
+
+/// Sine and cosine of degrees. They are exact at multiples of a right angle, so that a pole is one place and a full
+/// turn leads back.
+fn turn(degrees: f64) -> (f64, f64) {
+    let degrees = degrees % 360.0;
+    let quarters = (degrees / 90.0).round();
+    let (sine, cosine) = (degrees - 90.0 * quarters).to_radians().sin_cos();
+    match quarters.rem_euclid(4.0) as u8 {
+        0 => (sine, cosine),
+        1 => (cosine, -sine),
+        2 => (-sine, -cosine),
+        _ => (-cosine, sine),
+    }
+}
