@@ -9,6 +9,8 @@
 //! | --- | --- |
 //! | `space` | lengths of pairs: metrics of R^d, matrices, graphs, landmarks |
 //! | `rips` | the sweep over pairs in order of length |
+//! | `twins` | vertices at distance zero |
 
 pub mod rips;
 pub mod space;
+pub mod twins;

@@ -57,7 +57,7 @@ use sweep::Sweep;
 pub use packed::MAX_VERTICES;
 pub use pair::Pair;
 
-use super::space::Distances;
+use super::space::{Distances, Table};
 use crate::topology::base::thread_count;
 
 /// Pairs a vertex in the first batch of a space that nothing is known of.
@@ -68,6 +68,9 @@ const LEAST: usize = if cfg!(test) { 16 } else { 1 << 12 };
 
 /// Pairs of any later batch.
 const LATER: RangeInclusive<usize> = if cfg!(test) { 1 << 6..=1 << 9 } else { 1 << 18..=1 << 21 };
+
+/// Costly lengths of at most so many vertices are computed once and kept: 64 MiB.
+const TABULATED: usize = 1 << 12;
 
 /// Below this many vertices one thread is faster.
 const FEW_VERTICES: usize = if cfg!(test) { 8 } else { 1024 };
@@ -114,6 +117,9 @@ pub fn persistence(space: &dyn Distances, limit: f64, workspace: &mut Workspace)
     assert!(count <= MAX_VERTICES, "ends of pairs have 16 bits");
     if count < 2 {
         return Persistence::default();
+    }
+    if space.is_costly() && count <= TABULATED {
+        return persistence(&Table::new(space), limit, workspace);
     }
     let threads = if count < FEW_VERTICES { 1 } else { thread_count().min(MOST_THREADS) };
     let mut run = Run::new(space, limit, threads, std::mem::take(workspace));

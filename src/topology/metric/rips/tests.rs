@@ -3,8 +3,8 @@ use std::f64::consts::TAU;
 use proptest::prelude::*;
 
 use super::*;
-use crate::topology::metric::space::{Graph, Matrix, Metric, Points};
 use crate::topology::base::on_threads;
+use crate::topology::metric::space::{Graph, Matrix, Metric, Points};
 
 /// Numbers from a seed: splitmix64.
 struct Random(u64);

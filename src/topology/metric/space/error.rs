@@ -24,10 +24,14 @@ pub enum SpaceError {
         dimension: usize,
     },
     /// The dimension does not suit the metric.
-    #[error("a point has {0} coordinates: haversine takes two, longitude and latitude in degrees; choose these columns")]
+    #[error(
+        "a point has {0} coordinates: haversine takes two, longitude and latitude in degrees; choose these columns"
+    )]
     NotOnTheSphere(usize),
     /// NaN, an infinity, or so large that squares overflow.
-    #[error("coordinate {coordinate} of point {point} is {value:e}: it must be finite and at most 1e150; mend its source")]
+    #[error(
+        "coordinate {coordinate} of point {point} is {value:e}: it must be finite and at most 1e150; mend its source"
+    )]
     Coordinate {
         /// The point.
         point: usize,
@@ -76,7 +80,9 @@ pub enum SpaceError {
         value: f64,
     },
     /// Two values for one pair.
-    #[error("points {a} and {b} are at distance {there}, but {b} and {a} at {back}: the two must be equal to the last bit")]
+    #[error(
+        "points {a} and {b} are at distance {there}, but {b} and {a} at {back}: the two must be equal to the last bit"
+    )]
     Asymmetric {
         /// One point.
         a: usize,

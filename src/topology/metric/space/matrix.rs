@@ -67,6 +67,18 @@ impl Matrix {
         Ok(matrix)
     }
 
+    /// The lengths of another space.
+    pub(super) fn of(space: &dyn Distances) -> Self {
+        let mut matrix = Self::zero(space.count());
+        let mut rest = matrix.upper.as_mut_slice();
+        for a in 0..matrix.count {
+            let (row, rows) = rest.split_at_mut(matrix.count - a - 1);
+            space.lengths(a as u32, a as u32 + 1, row);
+            rest = rows;
+        }
+        matrix
+    }
+
     /// These vertices alone; they must be in increasing order.
     pub fn subset(&self, chosen: &[u32]) -> Self {
         let mut matrix = Self::zero(chosen.len());

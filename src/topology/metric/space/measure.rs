@@ -60,7 +60,12 @@ impl Metric {
     /// The length from one point of a block to one of another.
     #[inline]
     pub(super) fn length(self, from: &[Lane], lane: usize, to: &[Lane], other: usize) -> f64 {
-        let differences = from.iter().zip(to).map(|(from, to)| from[lane % LANES] - to[other % LANES]);
+        self.sum(from.iter().zip(to).map(|(from, to)| from[lane % LANES] - to[other % LANES]))
+    }
+
+    /// The length that differences of coordinates make. Zeros at the end change nothing.
+    #[inline]
+    pub(super) fn sum(self, differences: impl Iterator<Item = f64>) -> f64 {
         match self {
             Self::Manhattan => differences.fold(0.0, |sum, difference| sum + difference.abs()),
             Self::Chebyshev => differences.fold(0.0, |most: f64, difference| most.max(difference.abs())),

@@ -14,6 +14,7 @@ mod landmarks;
 mod matrix;
 mod measure;
 mod points;
+mod table;
 
 pub use error::SpaceError;
 pub use graph::Graph;
@@ -21,6 +22,7 @@ pub use landmarks::{Landmarks, landmarks};
 pub use matrix::Matrix;
 pub use measure::{EARTH_RADIUS, Metric};
 pub use points::{MAX_DIMENSION, Points};
+pub use table::Table;
 
 /// Lengths of the pairs of a finite set. A length grows with the distance; it need not be the distance itself, since
 /// the filtration only compares.
@@ -33,6 +35,11 @@ pub trait Distances: Sync {
 
     /// The lengths from `a` to the vertices from `first` on, as many as there is room for.
     fn lengths(&self, a: u32, first: u32, out: &mut [f64]);
+
+    /// Whether a single length costs so much that all of them are better computed once, where there is room.
+    fn is_costly(&self) -> bool {
+        false
+    }
 
     /// The scale of a length, a radius: half of the distance.
     fn radius(&self, length: f64) -> f64;
@@ -53,6 +60,37 @@ pub trait Distances: Sync {
             }
         }
         f64::from_bits(fits)
+    }
+}
+
+/// A finite metric space.
+#[derive(Clone, Debug)]
+pub enum Space {
+    /// Points of R^d.
+    Points(Points),
+    /// All distances.
+    Matrix(Matrix),
+    /// Some distances.
+    Graph(Graph),
+}
+
+impl Space {
+    /// Its lengths.
+    pub fn distances(&self) -> &dyn Distances {
+        match self {
+            Self::Points(points) => points,
+            Self::Matrix(matrix) => matrix,
+            Self::Graph(graph) => graph,
+        }
+    }
+
+    /// These vertices alone; they must be in increasing order.
+    pub fn subset(&self, chosen: &[u32]) -> Self {
+        match self {
+            Self::Points(points) => Self::Points(points.subset(chosen)),
+            Self::Matrix(matrix) => Self::Matrix(matrix.subset(chosen)),
+            Self::Graph(graph) => Self::Graph(graph.subset(chosen)),
+        }
     }
 }
 

@@ -7,7 +7,7 @@
 //! Must not know: streams, ids.
 //!
 //! Points stand in blocks of eight, coordinate by coordinate, so that eight lengths are summed at once in any
-//! dimension.
+//! dimension. Points of few coordinates also stand one by one, for single lengths.
 
 use super::Distances;
 use super::error::SpaceError;
@@ -19,6 +19,9 @@ pub const MAX_DIMENSION: usize = 4096;
 /// The largest magnitude of a coordinate: squares of differences of larger ones may overflow when they are summed.
 const MAX_MAGNITUDE: f64 = 1e150;
 
+/// So many coordinates are few.
+const FEW: usize = 4;
+
 /// Distinct points of R^d.
 #[derive(Clone, Debug)]
 pub struct Points {
@@ -26,6 +29,8 @@ pub struct Points {
     /// Coordinates of a block.
     width: usize,
     blocks: Vec<Lane>,
+    /// Each point by itself, with zeros behind its coordinates; empty if it has more.
+    singles: Vec<[f64; FEW]>,
     /// The first of the given points at each vertex.
     rows: Vec<u32>,
     /// The vertex of each given point.
@@ -51,7 +56,7 @@ impl Points {
             vertices[point as usize] = rows.len() as u32 - 1;
         }
         let width = metric.width(dimension);
-        let mut points = Self { metric, width, blocks: Vec::new(), rows, vertices };
+        let mut points = Self { metric, width, blocks: Vec::new(), singles: Vec::new(), rows, vertices };
         points.fill(|point| row(point))?;
         Ok(points)
     }
@@ -67,7 +72,22 @@ impl Points {
                 lane[vertex % LANES] = value + 0.0;
             }
         }
+        self.fill_singles();
         Ok(())
+    }
+
+    fn fill_singles(&mut self) {
+        if self.width > FEW {
+            return;
+        }
+        let single = |vertex: usize| {
+            let mut single = [0.0; FEW];
+            for (value, lane) in single.iter_mut().zip(self.block(vertex / LANES)) {
+                *value = lane[vertex % LANES];
+            }
+            single
+        };
+        self.singles = (0..self.rows.len()).map(single).collect();
     }
 
     /// The metric.
@@ -91,6 +111,7 @@ impl Points {
             metric: self.metric,
             width: self.width,
             blocks: vec![[0.0; LANES]; chosen.len().div_ceil(LANES) * self.width],
+            singles: Vec::new(),
             rows: chosen.iter().map(|&vertex| self.rows[vertex as usize]).collect(),
             vertices: Vec::new(),
         };
@@ -101,6 +122,7 @@ impl Points {
                 to[vertex % LANES] = from[old as usize % LANES];
             }
         }
+        points.fill_singles();
         points
     }
 
@@ -118,6 +140,9 @@ impl Distances for Points {
     #[inline]
     fn length(&self, a: u32, b: u32) -> f64 {
         let (a, b) = (a as usize, b as usize);
+        if let (Some(p), Some(q)) = (self.singles.get(a), self.singles.get(b)) {
+            return self.metric.sum(p.iter().zip(q).map(|(p, q)| p - q));
+        }
         self.metric.length(self.block(a / LANES), a % LANES, self.block(b / LANES), b % LANES)
     }
 
@@ -138,6 +163,10 @@ impl Distances for Points {
         }
     }
 
+    fn is_costly(&self) -> bool {
+        self.width > LANES
+    }
+
     fn radius(&self, length: f64) -> f64 {
         self.metric.radius(length)
     }
@@ -155,11 +184,9 @@ fn check(metric: Metric, dimension: usize, coordinates: &[f64]) -> Result<(), Sp
     }
     // A NaN is not at most anything.
     match coordinates.iter().position(|value| !(value.abs() <= MAX_MAGNITUDE)) {
-        Some(at) => Err(SpaceError::Coordinate {
-            point: at / dimension,
-            coordinate: at % dimension,
-            value: coordinates[at],
-        }),
+        Some(at) => {
+            Err(SpaceError::Coordinate { point: at / dimension, coordinate: at % dimension, value: coordinates[at] })
+        }
         None => Ok(()),
     }
 }
