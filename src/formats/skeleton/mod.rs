@@ -39,12 +39,14 @@ pub struct Answer<'a> {
 }
 
 impl Answer<'_> {
-    fn position(&self, vertex: u32) -> [f64; 2] {
-        self.skeleton.vertices()[vertex as usize].position.xy()
+    /// Whether its points have two coordinates, in whatever metric.
+    fn is_flat(&self) -> bool {
+        self.skeleton.vertices().dimension() == 2
     }
 
+    /// The ends of an edge between points of two coordinates.
     fn segment(&self, edge: Edge) -> [[f64; 2]; 2] {
-        edge.map(|vertex| self.position(vertex))
+        edge.map(|vertex| self.skeleton.vertices().xy(vertex))
     }
 }
 
@@ -116,7 +118,7 @@ impl OutputFormat {
 }
 
 fn drawing(answer: &Answer) -> String {
-    let simplified = answer.simplified.map(|(_, s)| (s.positions.as_slice(), s.edges.as_slice()));
+    let simplified = answer.simplified.map(|(_, s)| (s.positions.planar(), s.edges.as_slice()));
     let options = picture::Options { name: answer.name.map(str::to_owned), ..picture::Options::default() };
     picture::svg(answer.skeleton, answer.view, simplified, &options)
 }
