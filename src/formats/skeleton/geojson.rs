@@ -2,8 +2,8 @@
 //!
 //! In: an [`Answer`] of points in two dimensions.
 //! Out: a FeatureCollection: the vertices as one MultiPoint; the tree as one MultiLineString; every critical edge
-//! as a LineString and its hole's centre, if it has one, as a Point, both with the label; the simplified view, if asked for, as one
-//! more MultiLineString.
+//! as a LineString and its hole's centre, if it has one, as a Point, both with the label; the simplified view, if
+//! asked for, as one more MultiLineString.
 //! Invariants: coordinates are written as they are, but as degrees where metres were made of degrees. For a map they
 //! must be longitudes and latitudes. Births, deaths and thresholds are in the units of the skeleton.
 //! Must not know: files.

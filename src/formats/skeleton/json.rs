@@ -26,12 +26,12 @@ pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
     let skeleton = answer.skeleton;
     let points = skeleton.vertices().len();
     write!(out, "{{\"points\":{points},\"duplicates\":{},\"rejected\":{},", answer.duplicates, answer.rejected)?;
+    if skeleton.filtration() == Filtration::Rips {
+        write!(out, "\"filtration\":\"rips\",\"dimension\":{},", skeleton.vertices().dimension())?;
+    }
     if let Some(projection) = answer.projection {
         let [longitude, latitude] = projection.origin().map(number);
         write!(out, "\"origin\":[{longitude},{latitude}],")?;
-    }
-    if skeleton.filtration() == Filtration::Rips {
-        write!(out, "\"filtration\":\"rips\",\"dimension\":{},", skeleton.vertices().dimension())?;
     }
     out.write_all(b"\"vertices\":")?;
     write_vertices(answer, out)?;

@@ -72,7 +72,8 @@ pub(super) fn from_smallest(skeleton: &Skeleton, mut cycle: Vec<u32>) -> Vec<u32
     cycle
 }
 
-/// Removes leaves until one vertex of each component is left, the root. Returns the parent of each vertex and the order of removal.
+/// Removes leaves until one vertex of each component is left, the root. Returns the parent of each vertex and the order
+/// of removal.
 fn strip_leaves(skeleton: &Skeleton) -> (Vec<u32>, Vec<u32>) {
     let count = skeleton.vertices().len();
     let mut degree = vec![0_u32; count];

@@ -258,3 +258,43 @@ fn by_persistence(dots: &[Dot], vertex_count: usize) -> Vec<Dot> {
     let order = in_order(dots.len(), descending, |place| pair_key(dots[place as usize].edge, vertex_count));
     order.into_iter().map(|place| dots[place as usize]).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topology::testing::labels;
+
+    /// A million dots are read in one pass after the other, so each of them stays small.
+    #[test]
+    fn dots_are_small() {
+        assert_eq!(size_of::<Dot>(), 40);
+    }
+
+    #[test]
+    fn stored_lengths_are_found_for_every_edge() {
+        let dot = |edge, birth, death| Dot { birth, death, edge, killer: Killer::None };
+        let dots = vec![dot([3, 0], 2.5, 3.0), dot([1, 0], 2.0, f64::INFINITY)];
+        let skeleton = Skeleton::with_lengths(labels(5), vec![([3, 2], 1.5), ([2, 0], 0.5), ([1, 2], 1.0)], dots);
+        assert_eq!(skeleton.tree(), [[0, 2], [1, 2], [2, 3]]);
+        let edges = [[0, 2], [1, 2], [2, 3], [0, 1], [0, 3], [3, 4]];
+        let half_lengths = edges.map(|edge| skeleton.half_length(edge));
+        assert_eq!(half_lengths, [0.5, 1.0, 1.5, 2.0, 2.5, f64::INFINITY]);
+        assert_eq!(skeleton.dots().iter().map(|dot| dot.edge).collect::<Vec<_>>(), [[0, 1], [0, 3]]);
+        assert_eq!((skeleton.tree_length(), skeleton.largest_death()), (6.0, 3.0));
+    }
+
+    #[test]
+    #[should_panic(expected = "edge [2, 5] ends at no vertex")]
+    fn edges_join_vertices() {
+        Skeleton::with_lengths(labels(5), vec![([5, 2], 1.0)], Vec::new());
+    }
+
+    #[test]
+    fn the_first_difference_is_named() {
+        let of = |half_length: f64| Skeleton::with_lengths(labels(2), vec![([0, 1], half_length)], Vec::new());
+        assert_eq!(of(1.0).compare(&of(1.0)), None);
+        let what = of(1.0).compare(&of(2.0)).expect("the lengths differ");
+        assert_eq!(what, "tree edge 0 of 1 is Some(([0, 1], 1.0)), and should be Some(([0, 1], 2.0)) of 1");
+        assert!(of(1.0).compare(&Skeleton::default()).is_some_and(|what| what.starts_with("vertex 0 of 2 is Some")));
+    }
+}

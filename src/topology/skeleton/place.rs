@@ -95,8 +95,8 @@ fn end_that_stays<P: Clone>(ends: [&P; 2], degrees: [usize; 2]) -> Option<P> {
 impl Place for [f64; 2] {
     const HAS_DISTANCES: bool = true;
 
-    /// Bit for bit as for positions of the cloud: an edge that has not moved is below a threshold exactly when its scale
-    /// in the skeleton is. (Midpoints are not positions: they may be nearer to 0 than the limit of these.)
+    /// Bit for bit as for positions of the cloud: an edge that has not moved is below a threshold exactly when its
+    /// scale in the skeleton is. (Midpoints are not positions: they may be nearer to 0 than the limit of these.)
     fn scale(&self, other: &Self, _stored: Option<f64>) -> f64 {
         quarter_square(*self, *other)
     }

@@ -5,8 +5,8 @@
 //! Out: closed vertex loops.
 //! Invariants: a loop has at least three vertices, all different, and begins as that of
 //! [`Cycles`](super::cycle::Cycles). It is no longer than that one. Critical edges come in order of (half-length,
-//! smaller end, larger end), ends by their places. Of paths of equal length the one with the fewest edges is taken, then
-//! the one whose vertices, from the larger end of the critical edge on, have the smallest ids.
+//! smaller end, larger end), ends by their places. Of paths of equal length the one with the fewest edges is taken,
+//! then the one whose vertices, from the larger end of the critical edge on, have the smallest ids.
 //! Must not know: how skeletons are found, views.
 //!
 //! Cost: Dijkstra's algorithm from one end of the critical edge, as far as the other end is.

@@ -4,14 +4,15 @@
 //! Out: a [`Simplified`] graph.
 //! Invariants: it has as many components and independent cycles as the view, no loops and no parallel edges; so every
 //! cycle keeps at least three edges. An edge of half-length below the threshold is left only where its ends share a
-//! neighbour. The result depends on positions alone, not on how vertices are numbered; in a space without coordinates it
-//! depends on distances and ids.
+//! neighbour. The result depends on positions (elsewhere than in the plane also on lengths), not on how vertices are
+//! numbered; in a space without coordinates it depends on lengths and ids.
 //! Must not know: gaps, where the threshold comes from.
 //!
 //! Cost: O(log m) for each edge whose length changes, of m edges in all. A collapse that moves a vertex changes all
 //! edges of that vertex. A hub with nothing but tips around it would therefore cost the square of its degree. But an
 //! end of degree 2 does not move a hub, and tips hang on edges of the minimum spanning tree, which leave a vertex at
-//! least a sixth of a turn apart.
+//! least a sixth of a turn apart. In many dimensions there can be more of them, and a move costs as many steps as there
+//! are coordinates.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::{BTreeMap, BinaryHeap};
