@@ -35,7 +35,7 @@
 //! let view = frame.view(ViewSpec::default()); // HoPeS_{1,1}: by the widest diagonal and vertical gap
 //! assert_eq!((view.components, view.cycles), (1, 1));
 //! for dot in frame.skeleton.dots() {
-//!     let hole = frame.skeleton.hole(dot);
+//!     let hole = frame.skeleton.hole(dot).expect("a hole of the plane has a centre");
 //!     println!("a hole around {:?} lives from {} to {}", hole.center, dot.birth, dot.death);
 //! }
 //!

@@ -50,7 +50,7 @@ fn assert_names_its_hole(naive: &Naive, dot: &DotAt) {
 
 /// Components and cycles of a view, counted on its own edges.
 fn counted(skeleton: &Skeleton, view: &View) -> (usize, usize) {
-    let at = |v: u32| skeleton.vertices()[v as usize].position.xy();
+    let at = |v: u32| skeleton.vertices().xy(v);
     let points: Vec<Point> = (0..skeleton.vertices().len() as u32).map(at).collect();
     let edges: Vec<[Point; 2]> =
         view.tree.iter().copied().chain(view.critical_edges(skeleton)).map(|edge| edge.map(at)).collect();
@@ -108,7 +108,7 @@ proptest! {
         prop_assert_eq!(&view.critical, &(0..skeleton.dots().len() as u32).filter(lives).collect::<Vec<_>>());
 
         prop_assert_eq!((view.components, view.cycles), counted(&skeleton, &view));
-        let points: Vec<Point> = skeleton.vertices().iter().map(|v| v.position.xy()).collect();
+        let points: Vec<Point> = skeleton.vertices().positions().collect();
         prop_assert_eq!(view.components, components_of_discs(&points, alpha), "components of the discs");
     }
 

@@ -45,7 +45,7 @@ fn snapshots(script: &Script, look: ViewChoice) -> Vec<Snapshot> {
 }
 
 fn assert_canonical(snapshot: &Snapshot) {
-    assert!(snapshot.vertices.is_sorted_by(|a, b| a.id < b.id));
+    assert!(snapshot.vertices.ids().is_sorted_by(|a, b| a < b));
     assert!(snapshot.tree.is_sorted_by(|a, b| a < b));
     assert!(snapshot.critical.is_sorted_by(|a, b| a.edge < b.edge));
     let edges = snapshot.tree.iter().copied().chain(snapshot.critical.iter().map(|critical| critical.edge));
@@ -55,18 +55,19 @@ fn assert_canonical(snapshot: &Snapshot) {
 /// Sorted, without duplicates, and without elements that did not change.
 fn assert_minimal(diff: &Diff, old: &Snapshot, new: &Snapshot) {
     let rises = |ids: &[VertexId]| ids.is_sorted_by(|a, b| a < b);
-    assert!(rises(&diff.vertices_added.iter().map(|v| v.id).collect::<Vec<_>>()));
+    assert!(rises(diff.vertices_added.ids()));
     assert!(rises(&diff.vertices_removed));
     assert!(
         [&diff.tree_added, &diff.tree_removed, &diff.critical_removed].iter().all(|l| l.is_sorted_by(|a, b| a < b))
     );
     assert!(diff.critical_set.is_sorted_by(|a, b| a.edge < b.edge));
 
-    assert!(diff.vertices_added.iter().all(|v| new.vertices.contains(v) && !old.vertices.contains(v)));
+    let shows = |snapshot: &Snapshot, vertex| snapshot.vertices.iter().any(|v| v == vertex);
+    assert!(diff.vertices_added.iter().all(|v| shows(new, v) && !shows(old, v)));
     assert!(diff.tree_added.iter().all(|e| new.tree.contains(e) && !old.tree.contains(e)));
     assert!(diff.tree_removed.iter().all(|e| old.tree.contains(e) && !new.tree.contains(e)));
     assert!(diff.critical_set.iter().all(|c| new.critical.contains(c) && !old.critical.contains(c)));
-    let has = |snapshot: &Snapshot, id| snapshot.vertices.iter().any(|v| v.id == id);
+    let has = |snapshot: &Snapshot, id| snapshot.vertices.ids().contains(&id);
     assert!(diff.vertices_removed.iter().all(|&id| has(old, id) && !has(new, id)));
     let is_critical = |snapshot: &Snapshot, edge| snapshot.critical.iter().any(|c| c.edge == edge);
     assert!(diff.critical_removed.iter().all(|&edge| is_critical(old, edge) && !is_critical(new, edge)));

@@ -144,7 +144,7 @@ fn assert_optimal(points: &[Point], skeleton: &Skeleton, alpha: f64) {
     let discs = Discs::new(points, alpha);
     let view = View::new(skeleton, ViewSpec::Reduced { alpha });
     let place = |v: u32| {
-        let at = skeleton.vertices()[v as usize].position.xy();
+        let at = skeleton.vertices().xy(v);
         points.iter().position(|&p| p == at).expect("a point of the cloud")
     };
     let ours = view.tree.iter().copied().chain(view.critical_edges(skeleton)).fold(0, |graph, edge| {

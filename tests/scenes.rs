@@ -37,7 +37,7 @@ fn dots(points: &[[f64; 2]], above: f64) -> Vec<RankedDot> {
 
 /// Whether one of the dots is this hole.
 fn is_seen(hole: &TrueHole, dots: &[RankedDot]) -> bool {
-    dots.iter().any(|dot| hole.distance(dot.hole.center) <= NEAR * hole.radius)
+    dots.iter().filter_map(|dot| dot.hole).any(|found| hole.distance(found.center) <= NEAR * hole.radius)
 }
 
 /// Counts of a comparison.

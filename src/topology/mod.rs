@@ -108,15 +108,15 @@ mod tracks;
 pub use base::Exact;
 pub use cloud::{
     Admission, Axis, CONFIRMING, Cloud, CloudChange, Confirmation, CoordinateError, MAX_COORDINATE, MIN_COORDINATE,
-    Position, Refusal, Restart, Slot, Staging, Vertex, VertexId, Window,
+    Position, Refusal, Restart, Slot, Staging, Vertex, VertexId, Vertices, Window,
 };
 pub use frames::{ApplyError, Checksum, Diff, Follower, Frame, Presence, SimplifiedFollower, Snapshot, Step};
 pub use pipeline::{Contradiction, Options, Pipeline, Stage, Tracker};
 pub use plane::elements::DIAGONAL;
 pub use plane::holes::{BoundaryVertex, Region};
 pub use skeleton::{
-    Critical, Cycles, Dot, Edge, EdgeId, Gap, Hole, Margins, RankedDot, Ranking, Selection, Simplified, Skeleton, View,
-    ViewSpec, diagonal_gaps, select, simplify, vertical_gaps,
+    Critical, Cycles, Dot, Edge, EdgeId, Filtration, Gap, Hole, Killer, Margins, Positions, RankedDot, Ranking,
+    Selection, ShortestCycles, Simplified, Skeleton, View, ViewSpec, diagonal_gaps, select, simplify, vertical_gaps,
 };
 pub use tracks::{Changed, EventKind, Track, TrackEvent, TrackId, TrackOptions, TrackRule, TrackStep};
 

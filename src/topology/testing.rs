@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::{Options, Pipeline, Skeleton};
+use super::{Options, Pipeline, Skeleton, VertexId, Vertices};
 
 /// The points of a cloud; may repeat.
 pub(super) type Points = Vec<[f64; 2]>;
@@ -13,6 +13,11 @@ pub(super) fn skeleton_of(points: &[[f64; 2]]) -> Skeleton {
     assert_eq!(pipeline.feed_points(points, None), []);
     pipeline.commit(None);
     pipeline.poll_frame().expect("a frame was committed").skeleton.clone()
+}
+
+/// Vertices without coordinates.
+pub(super) fn labels(count: u64) -> Vertices {
+    (0..count).map(|id| (VertexId(id), &[][..])).collect()
 }
 
 /// The points of a CSV file.

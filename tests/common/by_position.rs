@@ -1,6 +1,6 @@
 //! A skeleton with positions instead of ids, for comparisons bit for bit.
 
-use hopes::topology::Skeleton;
+use hopes::topology::{Dot, Killer, Skeleton};
 
 use super::clouds::Point;
 
@@ -29,16 +29,16 @@ impl ByPosition {
     /// Also checks that the skeleton's own lists are sorted.
     pub fn of(skeleton: &Skeleton) -> Self {
         assert_in_order(skeleton);
-        let at = |v: u32| skeleton.vertices()[v as usize].position.xy();
-        let dot = |dot: &hopes::topology::Dot| DotAt {
+        let at = |v: u32| skeleton.vertices().xy(v);
+        let dot = |dot: &Dot| DotAt {
             birth: dot.birth,
             death: dot.death,
             edge: in_order(dot.edge.map(at)),
-            triangle: dot.triangle.map(at),
-            center: skeleton.hole(dot).center,
+            triangle: triangle(dot).map(at),
+            center: skeleton.hole(dot).expect("every hole of the plane has a centre").center,
         };
         Self {
-            vertices: in_order(skeleton.vertices().iter().map(|v| v.position.xy()).collect::<Vec<_>>()),
+            vertices: in_order(skeleton.vertices().positions().collect::<Vec<_>>()),
             tree: in_order(skeleton.tree().iter().map(|edge| in_order(edge.map(at))).collect::<Vec<_>>()),
             dots: in_order(skeleton.dots().iter().map(dot).collect::<Vec<_>>()),
         }
@@ -68,13 +68,21 @@ pub fn in_order<T: PartialOrd, L: AsMut<[T]>>(mut list: L) -> L {
     list
 }
 
+fn triangle(dot: &Dot) -> [u32; 3] {
+    let Killer::Triangle(corners) = dot.killer else { panic!("a triangle of the plane kills every dot: {dot:?}") };
+    corners
+}
+
 fn assert_in_order(skeleton: &Skeleton) {
-    let at = |v: u32| skeleton.vertices()[v as usize].position;
-    assert!(skeleton.vertices().is_sorted_by(|a, b| a.id < b.id), "vertices by id");
+    let at = |v: u32| skeleton.vertices().xy(v);
+    assert!(skeleton.vertices().ids().is_sorted_by(|a, b| a < b), "vertices by id");
     assert!(skeleton.tree().is_sorted_by(|a, b| a < b), "tree edges by ends");
     assert!(skeleton.tree().iter().all(|[a, b]| a < b), "the smaller end of a tree edge first");
     assert!(skeleton.dots().iter().all(|dot| dot.edge[0] < dot.edge[1]), "the smaller end of a critical edge first");
-    assert!(skeleton.dots().iter().all(|dot| dot.triangle.is_sorted_by(|&a, &b| at(a) < at(b))), "corners by position");
+    assert!(
+        skeleton.dots().iter().all(|dot| triangle(dot).is_sorted_by(|&a, &b| at(a) < at(b))),
+        "corners by position"
+    );
     let ranks = skeleton.dots().iter().map(|dot| (-dot.persistence(), dot.edge));
     assert!(ranks.is_sorted_by(|a, b| a < b), "dots by persistence, the largest first, equal ones by edge");
 }

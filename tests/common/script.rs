@@ -159,12 +159,12 @@ impl Harness {
         *held = held.apply(&step.diff).expect("it starts from what is held");
         assert_eq!((&*held, held.checksum()), (&wanted, step.checksum));
         assert_eq!(held.vertices.len() + step.cycles, held.tree.len() + step.components, "Euler's formula");
-        assert!(held.vertices.iter().all(|v| frame.skeleton.vertices().iter().any(|known| known.id == v.id)));
+        assert!(held.vertices.ids().iter().all(|id| frame.skeleton.vertices().ids().contains(id)));
     }
 
     /// A ranking is the list of the most persistent dots.
     fn check_ranking(&mut self, frame: &Frame) {
-        let (all, id) = (frame.skeleton.dots(), |v: u32| frame.skeleton.vertices()[v as usize].id);
+        let (all, id) = (frame.skeleton.dots(), |v: u32| frame.skeleton.vertices().id(v));
         for most in [0, 1, all.len() / 2, all.len(), all.len() + 1] {
             let ranking = self.pipeline.poll_dots(most);
             assert_eq!(
@@ -207,12 +207,12 @@ impl Harness {
 
     /// An id belongs to one lifetime, is never used again, and grows in order of first appearance.
     fn check_ids(&mut self, frame: &Frame) {
-        let vertices = frame.skeleton.vertices().iter();
+        let vertices = frame.skeleton.vertices();
         let lifetimes = self.model.committed().iter();
         assert_eq!(vertices.len(), lifetimes.len(), "number of vertices");
-        for (vertex, life) in vertices.zip(lifetimes) {
-            assert_eq!(vertex.position.xy(), life.at, "vertices stand in order of first appearance");
-            assert_eq!(*self.ids.entry(life.number).or_insert(vertex.id), vertex.id, "a vertex keeps its id");
+        for ((id, at), life) in vertices.iter().zip(lifetimes) {
+            assert_eq!(at, life.at, "vertices stand in order of first appearance");
+            assert_eq!(*self.ids.entry(life.number).or_insert(id), id, "a vertex keeps its id");
         }
         assert!(self.ids.values().is_sorted_by(|a, b| a < b), "ids rise and are never given twice");
     }

@@ -68,7 +68,8 @@ impl Reference {
     fn check_consumer(&self, mirror: &Mirror) {
         let frame = mirror.frame().expect("there is a frame");
         let (snapshot, shown) = self.snapshot(frame.view);
-        let vertices = snapshot.vertices.iter().map(|vertex| (vertex.id.0, vertex.position.xy().into()));
+        let vertices =
+            snapshot.vertices.ids().iter().zip(snapshot.vertices.positions()).map(|(id, at)| (id.0, at.into()));
         assert!(mirror.vertices().iter().map(|(&id, &at)| (id, at)).eq(vertices), "{frame:?}");
         let edges = snapshot.tree.iter().map(|[a, b]| (a.0, b.0));
         assert!(mirror.edges().iter().copied().eq(edges), "{frame:?}");
@@ -93,12 +94,15 @@ impl Reference {
 
     fn dots(&mut self, most: usize) -> (u64, Vec<Dot>) {
         let ranking = self.pipeline.poll_dots(most);
-        let dot = |RankedDot { critical, hole }: &RankedDot| Dot {
-            edge: (critical.edge[0].0, critical.edge[1].0),
-            birth: critical.birth,
-            death: critical.death,
-            center: hole.center.into(),
-            radius: hole.radius,
+        let dot = |RankedDot { critical, hole }: &RankedDot| {
+            let hole = hole.expect("a hole of the plane has a centre");
+            Dot {
+                edge: (critical.edge[0].0, critical.edge[1].0),
+                birth: critical.birth,
+                death: critical.death,
+                center: hole.center.into(),
+                radius: hole.radius,
+            }
         };
         (ranking.total as u64, ranking.dots.iter().map(dot).collect())
     }

@@ -107,7 +107,7 @@ pub fn draw(frame: &Frame, words: &[PanelWord], cut: Cut, photo: Option<&Photo>,
             (Kind::Skeleton | Kind::Simplified, Some((threshold, simplified))) => Panel::Simplified {
                 view,
                 threshold: *threshold,
-                simplified: (&simplified.positions, &simplified.edges),
+                simplified: (simplified.positions.planar(), &simplified.edges),
             },
         });
     let photo = photo.map(|photo| Backdrop { png: photo.small_png(), size: photo.size() });

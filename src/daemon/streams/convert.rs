@@ -9,7 +9,7 @@
 use std::num::{NonZeroU32, NonZeroU64};
 
 use hopes::topology::{
-    Critical, Diff, EdgeId, EventKind, Options, Refusal, Step, Track, TrackEvent, Vertex, ViewSpec, Window,
+    Critical, Diff, EdgeId, EventKind, Options, Refusal, Step, Track, TrackEvent, Vertices, ViewSpec, Window,
 };
 use hopes_protocol as wire;
 
@@ -24,7 +24,7 @@ pub fn wire_diff(stream: u32, from: u64, frame: wire::FrameInfo, diff: &Diff, ch
         stream,
         from,
         frame,
-        vertices_added: diff.vertices_added.iter().map(vertex).collect(),
+        vertices_added: vertices(&diff.vertices_added),
         vertices_removed: diff.vertices_removed.iter().map(|id| id.0).collect(),
         edges_added: diff.tree_added.iter().map(edge).collect(),
         edges_removed: diff.tree_removed.iter().map(edge).collect(),
@@ -41,7 +41,7 @@ pub fn snapshot(stream: u32, view: wire::View, cause: wire::Cause, step: &Step, 
         stream,
         cause,
         frame: frame_info(view, step, rejected),
-        vertices: step.diff.vertices_added.iter().map(vertex).collect(),
+        vertices: vertices(&step.diff.vertices_added),
         edges: step.diff.tree_added.iter().map(edge).collect(),
         critical: step.diff.critical_set.iter().map(critical).collect(),
         checksum: step.checksum.0,
@@ -88,16 +88,16 @@ fn frame_info(view: wire::View, step: &Step, rejected: u64) -> wire::FrameInfo {
         vertices: step.vertices as u64,
         rejected,
         view,
-        ds: selection.and_then(|selection| selection.ds),
+        ds: selection.and_then(|selection| selection.ds).filter(|ds| ds.is_finite()),
         vs: selection.map(|selection| selection.vs).filter(|vs| vs.is_finite()),
         components: step.components as u64,
         cycles: step.cycles as u64,
     }
 }
 
-fn vertex(vertex: &Vertex) -> wire::Vertex {
-    let [x, y] = vertex.position.xy();
-    (vertex.id.0, x, y)
+/// The wire's vertices are those of the plane.
+fn vertices(vertices: &Vertices) -> Vec<wire::Vertex> {
+    vertices.ids().iter().zip(vertices.positions()).map(|(id, [x, y])| (id.0, x, y)).collect()
 }
 
 fn edge([a, b]: &EdgeId) -> wire::Edge {

@@ -6,7 +6,7 @@
 //! edges have the colour of their persistence.
 //! Must not know: the diagram, gaps.
 
-use hopes::topology::{Edge, Skeleton};
+use hopes::topology::Edge;
 
 use super::canvas::camera::{Camera, Extent};
 use super::canvas::colors::{EDGE, POINT};
@@ -44,7 +44,7 @@ pub(super) fn draw(page: &mut Page, panel: Rect, scene: &Scene<'_>) -> f64 {
 }
 
 fn extent(scene: &Scene<'_>) -> Extent {
-    let points = scene.skeleton.vertices().iter().map(|vertex| vertex.position.xy());
+    let points = scene.skeleton.vertices().positions();
     let around_points = points.fold(Extent::EMPTY, Extent::with);
     scene.holes.iter().fold(around_points, |extent, (_, hole)| extent.with_circle(hole.center, hole.radius))
 }
@@ -92,7 +92,7 @@ impl Plane<'_> {
 
     pub(super) fn draw_points(&self, page: &mut Page) {
         let vertices = self.scene.skeleton.vertices();
-        let places = vertices.iter().map(|vertex| self.camera.place(vertex.position.xy()));
+        let places = vertices.positions().map(|point| self.camera.place(point));
         let data = Grid::new(vertices.len(), self.area).dots(places);
         let width = 3.6 * weight(vertices.len(), self.area);
         page.path(&data, format_args!("class=\"points\" {} stroke-width=\"{width:.2}\"", line_style(POINT)));
@@ -118,7 +118,7 @@ impl Plane<'_> {
     }
 
     fn segments(&self, marks: usize, edges: impl Iterator<Item = Edge>) -> String {
-        let ends = |edge: Edge| edge.map(|end| self.camera.place(position(self.scene.skeleton, end)));
+        let ends = |edge: Edge| edge.map(|end| self.camera.place(self.scene.skeleton.vertices().xy(end)));
         Grid::new(marks, self.area).segments(edges.map(ends))
     }
 
@@ -151,10 +151,6 @@ pub(super) fn hole_style(color: Rgb, outlined: bool) -> String {
         style += &format!(" stroke=\"{color}\" stroke-opacity=\".55\" stroke-width=\".9\" stroke-dasharray=\"4 3\"");
     }
     style
-}
-
-fn position(skeleton: &Skeleton, vertex: u32) -> [f64; 2] {
-    skeleton.vertices()[vertex as usize].position.xy()
 }
 
 /// Vertices where a skeleton ends or forks.

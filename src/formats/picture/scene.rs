@@ -54,6 +54,6 @@ fn drawn_holes(skeleton: &Skeleton, view: &View) -> Vec<(Dot, Hole)> {
     let shown = || view.critical.iter().map(|&index| &skeleton.dots()[index as usize]);
     let limit = shown().nth(HOLES).map_or(0.0, |next| next.persistence() * (1.0 + SAME));
     let drawn = shown().take_while(|dot| dot.persistence() > limit);
-    let holes = drawn.map(|dot| (*dot, skeleton.hole(dot)));
+    let holes = drawn.filter_map(|dot| Some((*dot, skeleton.hole(dot)?)));
     holes.filter(|(_, hole)| hole.radius.is_finite() && hole.center.iter().all(|v| v.is_finite())).collect()
 }

@@ -3,7 +3,7 @@
 //! In: an [`Answer`].
 //! Out: CSV with a header.
 //! Invariants: `i` and `j` are the vertices' numbers in order of first appearance; birth, death and persistence are
-//! empty for tree edges; scales are radii.
+//! empty for tree edges; scales are radii. Positions are there for points in two dimensions only.
 //! Must not know: files.
 
 use std::io::{self, Write};
@@ -14,7 +14,8 @@ use super::{Answer, Cell};
 
 /// Writes the table.
 pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
-    writeln!(out, "kind,i,j,x1,y1,x2,y2,length,birth,death,persistence")?;
+    let positions = if answer.is_flat() { "x1,y1,x2,y2," } else { "" };
+    writeln!(out, "kind,i,j,{positions}length,birth,death,persistence")?;
     for &edge in &answer.view.tree {
         write_edge(answer, out, "tree", edge)?;
         writeln!(out, ",,,")?;
@@ -30,6 +31,10 @@ pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
 
 fn write_edge(answer: &Answer, out: &mut impl Write, kind: &str, edge: Edge) -> io::Result<()> {
     let [i, j] = edge;
-    let [[x1, y1], [x2, y2]] = answer.segment(edge).map(|end| end.map(Cell));
-    write!(out, "{kind},{i},{j},{x1},{y1},{x2},{y2},{}", Cell(answer.skeleton.length(edge)))
+    write!(out, "{kind},{i},{j}")?;
+    if answer.is_flat() {
+        let [[x1, y1], [x2, y2]] = answer.segment(edge).map(|end| end.map(Cell));
+        write!(out, ",{x1},{y1},{x2},{y2}")?;
+    }
+    write!(out, ",{}", Cell(answer.skeleton.length(edge)))
 }

@@ -39,12 +39,14 @@ pub struct Answer<'a> {
 }
 
 impl Answer<'_> {
-    fn position(&self, vertex: u32) -> [f64; 2] {
-        self.skeleton.vertices()[vertex as usize].position.xy()
+    /// Whether its points have two coordinates, in whatever metric.
+    fn is_flat(&self) -> bool {
+        self.skeleton.vertices().dimension() == 2
     }
 
+    /// The ends of an edge between points of two coordinates.
     fn segment(&self, edge: Edge) -> [[f64; 2]; 2] {
-        edge.map(|vertex| self.position(vertex))
+        edge.map(|vertex| self.skeleton.vertices().xy(vertex))
     }
 }
 
@@ -116,7 +118,7 @@ impl OutputFormat {
 }
 
 fn drawing(answer: &Answer) -> String {
-    let simplified = answer.simplified.map(|(_, s)| (s.positions.as_slice(), s.edges.as_slice()));
+    let simplified = answer.simplified.map(|(_, s)| (s.positions.planar(), s.edges.as_slice()));
     let options = picture::Options { name: answer.name.map(str::to_owned), ..picture::Options::default() };
     picture::svg(answer.skeleton, answer.view, simplified, &options)
 }
@@ -130,4 +132,74 @@ fn pixels(drawing: &str) -> io::Result<Vec<u8>> {
 #[cfg(not(feature = "png"))]
 fn pixels(_: &str) -> io::Result<Vec<u8>> {
     Err(io::ErrorKind::Unsupported.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hopes::topology::{Dot, Killer, VertexId, Vertices, ViewSpec, simplify};
+
+    /// A quadrilateral whose ids are 3, 5, 6 and 8, with one dot that dies with an edge and one that never dies.
+    fn quadrilateral(coordinates: [&[f64]; 4]) -> Skeleton {
+        let vertices: Vertices = [3, 5, 6, 8].map(VertexId).into_iter().zip(coordinates).collect();
+        let dots = vec![
+            Dot { birth: 2.0, death: 3.0, edge: [0, 3], killer: Killer::Edge([1, 3]) },
+            Dot { birth: 2.5, death: f64::INFINITY, edge: [0, 2], killer: Killer::None },
+        ];
+        Skeleton::with_lengths(vertices, vec![([0, 1], 0.5), ([1, 2], 1.0), ([2, 3], 1.5)], dots)
+    }
+
+    fn written(skeleton: &Skeleton, format: OutputFormat) -> String {
+        let view = View::new(skeleton, ViewSpec::Full);
+        let simplified = simplify(skeleton, &View::new(skeleton, ViewSpec::Reduced { alpha: 2.2 }), 0.6);
+        let simplified = Some((0.6, &simplified));
+        let answer =
+            Answer { name: None, skeleton, view: &view, simplified, duplicates: 1, rejected: 2, projection: None };
+        let mut bytes = Vec::new();
+        format.write(&answer, &mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    const DOTS: &str = "\"dots\":[{\"birth\":2.5,\"death\":null,\"edge\":[0,2],\"death_edge\":null},\
+        {\"birth\":2.0,\"death\":3.0,\"edge\":[0,3],\"death_edge\":[1,3]}],\
+        \"mst\":{\"edges\":[[0,1],[1,2],[2,3]],\"length\":6.0}";
+
+    #[test]
+    fn points_of_space_have_all_their_coordinates_in_json() {
+        let space = quadrilateral([&[0.0, 0.5, 9.0], &[1.0, 0.0, 9.0], &[2.0, 0.0, 9.0], &[3.0, -1.0, 9.0]]);
+        let json = written(&space, OutputFormat::Json);
+        let head = "{\"points\":4,\"duplicates\":1,\"rejected\":2,\"filtration\":\"rips\",\"dimension\":3,\
+            \"vertices\":[[0.0,0.5,9.0],[1.0,0.0,9.0],[2.0,0.0,9.0],[3.0,-1.0,9.0]],";
+        assert!(json.starts_with(&format!("{head}{DOTS}")), "{json}");
+        let tail = "\"simplified\":{\"threshold\":0.6,\"vertices\":[[0.5,0.25,9.0],[2.0,0.0,9.0],[3.0,-1.0,9.0]],\
+            \"edges\":[[0,1],[0,2],[1,2]]}}\n";
+        assert!(json.ends_with(tail), "{json}");
+    }
+
+    #[test]
+    fn labels_are_their_ids_in_json() {
+        let json = written(&quadrilateral([&[]; 4]), OutputFormat::Json);
+        let head = "\"filtration\":\"rips\",\"dimension\":0,\"vertices\":[3,5,6,8],";
+        assert!(json.contains(&format!("{head}{DOTS}")), "{json}");
+        let tail = "\"vertices\":[3,6,8],\"edges\":[[0,1],[0,2],[1,2]]}}\n";
+        assert!(json.ends_with(tail), "{json}");
+    }
+
+    #[test]
+    fn tables_have_positions_of_two_dimensions_only() {
+        let flat = quadrilateral([&[0.0, 0.0], &[1.0, 0.0], &[2.0, 0.0], &[3.0, -1.0]]);
+        for other in [quadrilateral([&[]; 4]), quadrilateral([&[0.0], &[1.0], &[2.0], &[3.0]])] {
+            let dots = written(&other, OutputFormat::Dots);
+            assert_eq!(dots, "birth,death,persistence,i,j,shown\n2.5,,,0,2,1\n2,3,1,0,3,1\n");
+            let edges = written(&other, OutputFormat::Csv);
+            let rows = "tree,0,1,1,,,\ntree,1,2,2,,,\ntree,2,3,3,,,\ncritical,0,2,5,2.5,,\ncritical,0,3,4,2,3,1\n";
+            assert_eq!(edges, format!("kind,i,j,length,birth,death,persistence\n{rows}"));
+        }
+        let dots = written(&flat, OutputFormat::Dots);
+        let head = "birth,death,persistence,i,j,x1,y1,x2,y2,center_x,center_y,radius,shown\n";
+        assert_eq!(dots, format!("{head}2.5,,,0,2,0,0,2,0,,,,1\n2,3,1,0,3,0,0,3,-1,,,,1\n"));
+        assert!(written(&flat, OutputFormat::Csv).contains("\ncritical,0,3,0,0,3,-1,4,2,3,1\n"));
+        let features = written(&flat, OutputFormat::Geojson);
+        assert!(features.contains("\"critical\"") && !features.contains("\"hole\""), "{features}");
+    }
 }

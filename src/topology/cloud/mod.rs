@@ -12,15 +12,17 @@ mod refusal;
 mod staging;
 mod store;
 mod vertex;
+mod vertices;
 mod window;
 
 pub use admission::{Admission, Restart};
 pub use clocks::Confirmation;
 pub use position::{
-    Axis, CoordinateError, Located, MAX_COORDINATE, MIN_COORDINATE, Position, distance, half_length_squared,
+    Axis, CoordinateError, Located, MAX_COORDINATE, MIN_COORDINATE, Position, half_length_squared, quarter_square,
 };
 pub use refusal::{CONFIRMING, Refusal};
 pub use staging::Staging;
 pub use store::Cloud;
 pub use vertex::{CloudChange, Slot, Vertex, VertexId};
+pub use vertices::{Vertices, compare_coordinates};
 pub use window::Window;

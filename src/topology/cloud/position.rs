@@ -85,6 +85,11 @@ impl Position {
         Self { x, y }
     }
 
+    /// The position of a vertex of a cloud in the plane, from its coordinates.
+    pub(crate) fn of_vertex([x, y]: [f64; 2]) -> Self {
+        Self { x, y }
+    }
+
     /// The nearest node of the grid of step `resolution` (halves away from zero).
     ///
     /// # Errors
@@ -158,13 +163,14 @@ pub type Located<S> = (Position, S);
 /// A quarter of the squared distance of `a` and `b`: the squared scale at which a Gabriel edge enters the filtration.
 #[inline]
 pub fn half_length_squared(a: Position, b: Position) -> f64 {
-    let (dx, dy) = (a.x() - b.x(), a.y() - b.y());
-    (dx * dx + dy * dy) * 0.25
+    quarter_square(a.xy(), b.xy())
 }
 
-/// The distance of `a` and `b`.
-pub fn distance(a: Position, b: Position) -> f64 {
-    2.0 * half_length_squared(a, b).sqrt()
+/// The same for points that need not be positions of a cloud.
+#[inline]
+pub fn quarter_square(p: [f64; 2], q: [f64; 2]) -> f64 {
+    let (dx, dy) = (p[0] - q[0], p[1] - q[1]);
+    (dx * dx + dy * dy) * 0.25
 }
 
 #[cfg(test)]

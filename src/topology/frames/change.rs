@@ -7,7 +7,7 @@
 
 use std::cmp::Ordering;
 
-use crate::topology::cloud::{Cloud, CloudChange, Slot, Vertex};
+use crate::topology::cloud::{Cloud, CloudChange, Slot, Vertices};
 use crate::topology::skeleton::{Critical, Edge, EdgeId, Skeleton, TreeEdgeId};
 
 /// The difference of two skeletons.
@@ -16,9 +16,9 @@ pub struct Change {
     /// The number of the frame it starts from; 0 for the empty skeleton.
     pub from: u64,
     /// Vertices that are new, by id.
-    pub vertices_added: Vec<Vertex>,
+    pub vertices_added: Vertices,
     /// Vertices that are gone, by id.
-    pub vertices_removed: Vec<Vertex>,
+    pub vertices_removed: Vertices,
     /// Tree edges that are new, in no order.
     pub tree_added: Vec<TreeEdgeId>,
     /// Tree edges that are gone, in no order.
@@ -37,7 +37,7 @@ pub struct DotChange {
 }
 
 impl Change {
-    /// A change of vertices only.
+    /// A change of vertices only, in the plane.
     pub fn of_cloud(from: u64, cloud: &Cloud, change: &CloudChange) -> Self {
         // A slot that was emptied in this change still has its last vertex.
         let vertices = |slots: &[Slot]| slots.iter().map(|&slot| cloud.vertex(slot)).collect();
@@ -105,8 +105,8 @@ impl<'a> Tree<'a> {
         match self {
             Self::Empty => Box::new(std::iter::empty()),
             Self::Whole(skeleton) => {
-                let id = |vertex: u32| skeleton.vertices()[vertex as usize].id;
-                let entry = move |&edge: &Edge| Entry { edge: edge.map(id), scale: Scale::Of(skeleton, edge) };
+                let entry =
+                    move |&edge: &Edge| Entry { edge: skeleton.edge_id(edge), scale: Scale::Of(skeleton, edge) };
                 Box::new(skeleton.tree().iter().map(entry))
             }
             Self::Gathered(tree) => {

@@ -12,14 +12,14 @@ use std::fmt;
 
 use thiserror::Error;
 
-use crate::topology::cloud::{Position, Vertex, VertexId};
-use crate::topology::skeleton::{Critical, EdgeId, Simplified, Skeleton, View};
+use crate::topology::cloud::{Position, VertexId, Vertices};
+use crate::topology::skeleton::{Critical, EdgeId, Filtration, Positions, Simplified, Skeleton, View};
 
 /// A view of a frame by ids: the whole state of a consumer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
     /// All vertices of the cloud, by id.
-    pub vertices: Vec<Vertex>,
+    pub vertices: Vertices,
     /// The view's tree edges, in order.
     pub tree: Vec<EdgeId>,
     /// The view's critical edges, in order of their ends.
@@ -30,7 +30,7 @@ pub struct Snapshot {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Diff {
     /// Vertices that are new, by id.
-    pub vertices_added: Vec<Vertex>,
+    pub vertices_added: Vertices,
     /// Vertices that are gone, in order.
     pub vertices_removed: Vec<VertexId>,
     /// Tree edges that are new, in order.
@@ -93,31 +93,31 @@ impl Snapshot {
         let mut critical: Vec<Critical> = dots.map(|dot| skeleton.critical(dot)).collect();
         critical.sort_unstable_by_key(|critical| critical.edge);
         let tree = view.tree.iter().map(|&edge| skeleton.edge_id(edge)).collect();
-        Self { vertices: skeleton.vertices().to_vec(), tree, critical }
+        Self { vertices: skeleton.vertices().clone(), tree, critical }
     }
 
     /// The diff that leads from this snapshot to `new`.
     pub fn diff(&self, new: &Snapshot) -> Diff {
         let mut diff = Diff::default();
         merge(
-            &self.vertices,
-            &new.vertices,
-            |v| v.id,
+            self.vertices.iter(),
+            new.vertices.iter(),
+            |vertex| vertex.0,
             |change| match change {
-                (Some(old), None) => diff.vertices_removed.push(old.id),
-                (None, Some(new)) => diff.vertices_added.push(*new),
+                (Some((old, _)), None) => diff.vertices_removed.push(old),
+                (None, Some((id, coordinates))) => diff.vertices_added.push(id, coordinates),
                 // Vertices move in simplified views only.
                 (Some(old), Some(new)) if old != new => {
-                    diff.vertices_removed.push(old.id);
-                    diff.vertices_added.push(*new);
+                    diff.vertices_removed.push(old.0);
+                    diff.vertices_added.push(new.0, new.1);
                 }
                 _ => {}
             },
         );
         merge(
-            &self.tree,
-            &new.tree,
-            |edge| *edge,
+            self.tree.iter(),
+            new.tree.iter(),
+            |edge| **edge,
             |change| match change {
                 (Some(old), None) => diff.tree_removed.push(*old),
                 (None, Some(new)) => diff.tree_added.push(*new),
@@ -125,8 +125,8 @@ impl Snapshot {
             },
         );
         merge(
-            &self.critical,
-            &new.critical,
+            self.critical.iter(),
+            new.critical.iter(),
             |critical| critical.edge,
             |change| match change {
                 (Some(old), None) => {
@@ -144,18 +144,20 @@ impl Snapshot {
         diff
     }
 
-    /// The state of a consumer of a simplified view. Each vertex has the smallest id of those merged into it, and all
-    /// edges are tree edges.
+    /// The state of a consumer of a simplified view. Each vertex has the smallest id of those merged into it; without
+    /// coordinates, that of the one that stayed. All edges are tree edges.
     pub fn of_simplified(skeleton: &Skeleton, simplified: &Simplified) -> Self {
-        let mut ids = vec![VertexId(u64::MAX); simplified.positions.len()];
-        for (vertex, &image) in skeleton.vertices().iter().zip(&simplified.image) {
-            let id = &mut ids[image as usize];
-            *id = vertex.id.min(*id);
+        let ids = ids_of_simplified(skeleton, simplified);
+        let mut order: Vec<u32> = (0..ids.len() as u32).collect();
+        order.sort_unstable_by_key(|&place| ids[place as usize]);
+        let mut vertices = Vertices::with_capacity(skeleton.vertices().dimension(), ids.len());
+        for place in order {
+            let (id, coordinates) = (ids[place as usize], simplified.positions.coordinates(place));
+            match (skeleton.filtration(), coordinates) {
+                (Filtration::Alpha, &[x, y]) => vertices.push(id, &Position::between(x, y).xy()),
+                _ => vertices.push(id, coordinates),
+            }
         }
-        let positions = simplified.positions.iter().map(|&[x, y]| Position::between(x, y));
-        let mut vertices: Vec<Vertex> =
-            ids.iter().zip(positions).map(|(&id, position)| Vertex { id, position }).collect();
-        vertices.sort_unstable_by_key(|vertex| vertex.id);
         let mut tree: Vec<EdgeId> = (simplified.edges.iter())
             .map(|edge| edge.map(|end| ids[end as usize]))
             .map(|[a, b]| [a.min(b), a.max(b)])
@@ -170,19 +172,37 @@ impl Snapshot {
     /// [`ApplyError`] when the diff starts from another snapshot.
     pub fn apply(&self, diff: &Diff) -> Result<Snapshot, ApplyError> {
         Ok(Snapshot {
-            vertices: patch(&self.vertices, &diff.vertices_removed, &diff.vertices_added, |v| v.id, false)
-                .map_err(|(id, presence)| ApplyError::Vertex(id, presence))?,
-            tree: patch(&self.tree, &diff.tree_removed, &diff.tree_added, |edge| *edge, false)
-                .map_err(|(edge, presence)| ApplyError::Tree(edge, presence))?,
-            critical: patch(&self.critical, &diff.critical_removed, &diff.critical_set, |c| c.edge, true)
-                .map_err(|(edge, presence)| ApplyError::Critical(edge, presence))?,
+            vertices: patch(
+                self.vertices.iter(),
+                &diff.vertices_removed,
+                diff.vertices_added.iter(),
+                |vertex| vertex.0,
+                false,
+            )
+            .map_err(|(id, presence)| ApplyError::Vertex(id, presence))?,
+            tree: patch(
+                self.tree.iter().copied(),
+                &diff.tree_removed,
+                diff.tree_added.iter().copied(),
+                |edge| *edge,
+                false,
+            )
+            .map_err(|(edge, presence)| ApplyError::Tree(edge, presence))?,
+            critical: patch(
+                self.critical.iter().copied(),
+                &diff.critical_removed,
+                diff.critical_set.iter().copied(),
+                |critical| critical.edge,
+                true,
+            )
+            .map_err(|(edge, presence)| ApplyError::Critical(edge, presence))?,
         })
     }
 
     /// The sum of the hashes of all elements.
     pub fn checksum(&self) -> Checksum {
         let mut checksum = Checksum::default();
-        self.vertices.iter().for_each(|vertex| checksum.add_vertex(vertex));
+        self.vertices.iter().for_each(|(id, coordinates)| checksum.add_vertex(id, coordinates));
         self.tree.iter().for_each(|edge| checksum.add_tree(edge));
         self.critical.iter().for_each(|critical| checksum.add_critical(critical));
         checksum
@@ -191,13 +211,13 @@ impl Snapshot {
 
 impl Checksum {
     /// Adds a vertex.
-    pub fn add_vertex(&mut self, vertex: &Vertex) {
-        self.0 = self.0.wrapping_add(hash_of_vertex(vertex));
+    pub fn add_vertex(&mut self, id: VertexId, coordinates: &[f64]) {
+        self.0 = self.0.wrapping_add(hash_of_vertex(id, coordinates));
     }
 
     /// Removes a vertex.
-    pub fn remove_vertex(&mut self, vertex: &Vertex) {
-        self.0 = self.0.wrapping_sub(hash_of_vertex(vertex));
+    pub fn remove_vertex(&mut self, id: VertexId, coordinates: &[f64]) {
+        self.0 = self.0.wrapping_sub(hash_of_vertex(id, coordinates));
     }
 
     /// Adds a tree edge.
@@ -221,18 +241,17 @@ impl Checksum {
     }
 }
 
-fn hash_of_vertex(vertex: &Vertex) -> u64 {
-    let [x, y] = vertex.position.xy().map(f64::to_bits);
-    hash(&[1, vertex.id.0, x, y])
+fn hash_of_vertex(id: VertexId, coordinates: &[f64]) -> u64 {
+    hash([1, id.0].into_iter().chain(coordinates.iter().map(|v| v.to_bits())))
 }
 
 fn hash_of_tree([a, b]: &EdgeId) -> u64 {
-    hash(&[2, a.0, b.0])
+    hash([2, a.0, b.0])
 }
 
 fn hash_of_critical(critical: &Critical) -> u64 {
     let [a, b] = critical.edge;
-    hash(&[3, a.0, b.0, critical.birth.to_bits(), critical.death.to_bits()])
+    hash([3, a.0, b.0, critical.birth.to_bits(), critical.death.to_bits()])
 }
 
 impl Diff {
@@ -242,10 +261,29 @@ impl Diff {
     }
 }
 
+/// The ids of the vertices of a simplified view.
+fn ids_of_simplified(skeleton: &Skeleton, simplified: &Simplified) -> Vec<VertexId> {
+    let vertices = skeleton.vertices();
+    if let Positions::Labels(labels) = &simplified.positions {
+        return labels.iter().map(|&label| vertices.id(label)).collect();
+    }
+    let mut ids = vec![VertexId(u64::MAX); simplified.positions.len()];
+    for (&vertex, &image) in vertices.ids().iter().zip(&simplified.image) {
+        let id = &mut ids[image as usize];
+        *id = vertex.min(*id);
+    }
+    ids
+}
+
 /// Merges two sorted lists: calls `visit` for each element that is in one list only, and for both elements of equal
 /// keys.
-fn merge<T, K: Ord>(old: &[T], new: &[T], key: impl Fn(&T) -> K, mut visit: impl FnMut((Option<&T>, Option<&T>))) {
-    let (mut old, mut new) = (old.iter().peekable(), new.iter().peekable());
+fn merge<T, K: Ord>(
+    old: impl Iterator<Item = T>,
+    new: impl Iterator<Item = T>,
+    key: impl Fn(&T) -> K,
+    mut visit: impl FnMut((Option<T>, Option<T>)),
+) {
+    let (mut old, mut new) = (old.peekable(), new.peekable());
     loop {
         let order = match (old.peek(), new.peek()) {
             (None, None) => return,
@@ -262,25 +300,25 @@ fn merge<T, K: Ord>(old: &[T], new: &[T], key: impl Fn(&T) -> K, mut visit: impl
 }
 
 /// Removes and adds by key. If `replaces` is true, an added element may replace one of the same key.
-fn patch<T: Copy, K: Ord + Copy>(
-    old: &[T],
+fn patch<T: Copy, K: Ord + Copy, L: Default + Extend<T>>(
+    old: impl Iterator<Item = T>,
     removed: &[K],
-    added: &[T],
+    added: impl Iterator<Item = T>,
     key: impl Fn(&T) -> K,
     replaces: bool,
-) -> Result<Vec<T>, (K, Presence)> {
+) -> Result<L, (K, Presence)> {
     let mut removed = removed.iter().copied().peekable();
-    let mut result = Vec::with_capacity(old.len() + added.len());
+    let mut result = L::default();
     let mut error = None;
     merge(old, added, &key, |pair| {
-        let (Some(&element), there) = (pair.1.or(pair.0), pair.0.is_some()) else { return };
+        let (Some(element), there) = (pair.1.or(pair.0), pair.0.is_some()) else { return };
         let is_removed = there && removed.next_if_eq(&key(&element)).is_some();
         match pair {
             (Some(_), Some(_)) if !replaces && !is_removed => {
                 error.get_or_insert((key(&element), Presence::There));
             }
             (Some(_), None) if is_removed => {}
-            _ => result.push(element),
+            _ => result.extend(Some(element)),
         }
     });
     let missing = removed.next().map(|key| (key, Presence::Missing));
@@ -288,8 +326,8 @@ fn patch<T: Copy, K: Ord + Copy>(
 }
 
 /// Folds words into one with the finaliser of SplitMix64, so that every bit of every word counts.
-fn hash(words: &[u64]) -> u64 {
-    words.iter().fold(0, |hash, word| {
+fn hash(words: impl IntoIterator<Item = u64>) -> u64 {
+    words.into_iter().fold(0, |hash, word| {
         let z = (hash ^ word).wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -302,9 +340,10 @@ mod tests {
     use super::*;
 
     fn snapshot(vertices: &[u64], tree: &[[u64; 2]], critical: &[(u64, u64, f64)]) -> Snapshot {
-        let at = |id: u64| Vertex { id: VertexId(id), position: Position::new(id as f64, 0.5).unwrap() };
+        let mut all = Vertices::default();
+        vertices.iter().for_each(|&id| all.push(VertexId(id), &[id as f64, 0.5]));
         Snapshot {
-            vertices: vertices.iter().copied().map(at).collect(),
+            vertices: all,
             tree: tree.iter().map(|edge| edge.map(VertexId)).collect(),
             critical: critical
                 .iter()

@@ -110,17 +110,18 @@ impl Follower {
 
     fn begin(&mut self, held: &impl HeldSkeleton, rule: &ViewRule, diff: &mut Diff) {
         diff.vertices_added = held.vertices();
-        diff.vertices_added.iter().for_each(|vertex| self.checksum.add_vertex(vertex));
+        diff.vertices_added.iter().for_each(|(id, coordinates)| self.checksum.add_vertex(id, coordinates));
         diff.tree_added = held.tree_between(None, rule.limit).into_iter().map(|edge| edge.edge).collect();
         self.count_tree(diff);
         self.show_dots(held.dots_down_to(rule.least).into_iter().filter(|dot| rule.shows(dot)).collect(), diff);
     }
 
     fn follow_vertices(&mut self, change: &Change, diff: &mut Diff) {
-        change.vertices_added.iter().for_each(|vertex| self.checksum.add_vertex(vertex));
-        change.vertices_removed.iter().for_each(|vertex| self.checksum.remove_vertex(vertex));
-        diff.vertices_added.clone_from(&change.vertices_added);
-        diff.vertices_removed = change.vertices_removed.iter().map(|vertex| vertex.id).collect();
+        let (added, removed) = (&change.vertices_added, &change.vertices_removed);
+        added.iter().for_each(|(id, coordinates)| self.checksum.add_vertex(id, coordinates));
+        removed.iter().for_each(|(id, coordinates)| self.checksum.remove_vertex(id, coordinates));
+        diff.vertices_added.clone_from(added);
+        diff.vertices_removed = removed.ids().to_vec();
     }
 
     fn follow_tree(&mut self, change: &Change, held: &impl HeldSkeleton, limit: f64, diff: &mut Diff) {

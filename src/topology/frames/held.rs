@@ -5,7 +5,7 @@
 //! Invariant: all implementations give the same answers.
 //! Must not know: where skeletons come from.
 
-use crate::topology::cloud::Vertex;
+use crate::topology::cloud::Vertices;
 use crate::topology::skeleton::{Critical, Selection, TreeEdgeId, ViewSpec};
 
 /// The current skeleton, in any representation.
@@ -13,7 +13,7 @@ pub trait HeldSkeleton {
     /// The number of vertices.
     fn vertex_count(&self) -> usize;
     /// All vertices, by id.
-    fn vertices(&self) -> Vec<Vertex>;
+    fn vertices(&self) -> Vertices;
     /// Tree edges that enter after `low` and not after `high`, in no order. Without `low`: all up to `high`.
     fn tree_between(&self, low: Option<f64>, high: f64) -> Vec<TreeEdgeId>;
     /// Dots of at least this persistence, in no order.

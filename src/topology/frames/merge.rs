@@ -19,7 +19,7 @@ impl Diff {
         let mut critical = BTreeMap::<EdgeId, Labels>::new();
         for diff in run {
             diff.vertices_removed.iter().for_each(|&id| vertices.remove(id));
-            diff.vertices_added.iter().for_each(|&vertex| vertices.add(vertex.id, vertex));
+            diff.vertices_added.iter().for_each(|(id, coordinates)| vertices.add(id, coordinates));
             diff.tree_removed.iter().for_each(|&edge| tree.remove(edge));
             diff.tree_added.iter().for_each(|&edge| tree.add(edge, ()));
             note_labels(&mut critical, diff);
@@ -28,7 +28,7 @@ impl Diff {
         for (id, element) in vertices.0 {
             // A vertex that was there and is there has moved, else no diff would contain it.
             merged.vertices_removed.extend(element.was_there.then_some(id));
-            merged.vertices_added.extend(element.is);
+            merged.vertices_added.extend(element.is.map(|coordinates| (id, coordinates)));
         }
         for (edge, element) in tree.0 {
             match (element.was_there, element.is) {

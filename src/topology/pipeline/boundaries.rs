@@ -12,7 +12,7 @@ use super::Pipeline;
 use crate::topology::cloud::{Located, Slot, VertexId};
 use crate::topology::frames::Frame;
 use crate::topology::plane::holes::boundary;
-use crate::topology::skeleton::Dot;
+use crate::topology::skeleton::{Dot, Killer};
 
 impl Pipeline {
     /// The boundaries at birth of the holes of some dots of the newest frame that was given: closed walks along edges
@@ -31,12 +31,16 @@ impl Pipeline {
         let slots: HashMap<VertexId, Slot> = self.cloud.vertices().map(|(slot, vertex)| (vertex.id, slot)).collect();
         let vertices = frame.skeleton.vertices();
         let mut rank = vec![0; self.cloud.slot_count()];
-        for (vertex, place) in vertices.iter().zip(0..) {
-            rank[slots[&vertex.id] as usize] = place;
+        for (id, place) in vertices.ids().iter().zip(0..) {
+            rank[slots[id] as usize] = place;
         }
-        let site = |place: u32| vertices.get(place as usize).map(|vertex| (vertex.position, slots[&vertex.id]));
+        let site = |place: u32| {
+            let slot = slots[vertices.ids().get(place as usize)?];
+            Some((self.cloud.position(slot), slot))
+        };
         let walks = |dot: &Dot| {
-            let [Some(a), Some(b), Some(c)] = dot.triangle.map(site) else { return None };
+            let Killer::Triangle(triangle) = dot.killer else { return None };
+            let [Some(a), Some(b), Some(c)] = triangle.map(site) else { return None };
             let [Some(from), Some(to)] = dot.edge.map(site) else { return None };
             boundary(&self.delaunay, [a, b, c], [from.0, to.0])
         };

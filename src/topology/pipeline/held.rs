@@ -7,11 +7,11 @@
 
 use super::holes::hole;
 use super::tiled;
-use crate::topology::cloud::{Cloud, Slot, Vertex};
+use crate::topology::cloud::{Cloud, Slot, Vertices};
 use crate::topology::frames::{Diagram, HeldSkeleton, NamedDot};
 use crate::topology::plane::elements::TileDot;
 use crate::topology::plane::tiles::Tiles;
-use crate::topology::skeleton::{Critical, Dot, Selection, Skeleton, TreeEdgeId, ViewSpec, select};
+use crate::topology::skeleton::{Critical, Dot, Killer, Selection, Skeleton, TreeEdgeId, ViewSpec, select};
 use crate::topology::tracks::{Detection, DetectionSource, in_order};
 
 /// A whole skeleton.
@@ -29,10 +29,12 @@ impl WholeSkeleton<'_> {
         let slots: Vec<Slot> = self.cloud.vertices().map(|(slot, _)| slot).collect();
         let slot = |vertex: u32| slots[vertex as usize];
         let detection = |dot: &&Dot| {
+            let Killer::Triangle(triangle) = dot.killer else { return None };
             let critical = self.skeleton.critical(dot);
-            Detection::new(self.cloud, critical, dot.edge.map(slot), dot.triangle.map(slot), self.skeleton.hole(dot))
+            let hole = self.skeleton.hole(dot)?;
+            Some(Detection::new(self.cloud, critical, dot.edge.map(slot), triangle.map(slot), hole))
         };
-        dots.iter().map(detection).collect()
+        dots.iter().filter_map(detection).collect()
     }
 }
 
@@ -41,14 +43,14 @@ impl HeldSkeleton for WholeSkeleton<'_> {
         self.skeleton.vertices().len()
     }
 
-    fn vertices(&self) -> Vec<Vertex> {
-        self.skeleton.vertices().to_vec()
+    fn vertices(&self) -> Vertices {
+        self.skeleton.vertices().clone()
     }
 
     fn tree_between(&self, low: Option<f64>, high: f64) -> Vec<TreeEdgeId> {
         let is_between = |edge: &TreeEdgeId| low.is_none_or(|low| edge.scale > low) && edge.scale <= high;
-        let edge = |&edge| TreeEdgeId { edge: self.skeleton.edge_id(edge), scale: self.skeleton.half_length(edge) };
-        self.skeleton.tree().iter().map(edge).filter(is_between).collect()
+        let edge = |(edge, scale)| TreeEdgeId { edge: self.skeleton.edge_id(edge), scale };
+        self.skeleton.scaled_tree().map(edge).filter(is_between).collect()
     }
 
     fn dots_down_to(&self, persistence: f64) -> Vec<Critical> {
@@ -113,7 +115,7 @@ impl HeldSkeleton for TiledSkeleton<'_> {
         self.cloud.vertex_count()
     }
 
-    fn vertices(&self) -> Vec<Vertex> {
+    fn vertices(&self) -> Vertices {
         self.cloud.vertices().map(|(_, vertex)| vertex).collect()
     }
 

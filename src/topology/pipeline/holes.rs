@@ -5,18 +5,19 @@
 //! Invariant: the centre of a hole is the circumcentre of the triangle that names the death.
 //! Must not know: views, events.
 
-use crate::topology::cloud::{Cloud, Slot};
+use crate::topology::cloud::{Cloud, Position, Slot};
 use crate::topology::plane::delaunay::Delaunay;
 use crate::topology::plane::geometry::circumcircle;
 use crate::topology::plane::holes::{Region, RegionCache, boundary};
-use crate::topology::skeleton::{Dot, Hole, Skeleton};
+use crate::topology::skeleton::{Dot, Filtration, Hole, Killer, Skeleton};
 use crate::topology::tracks::{Detection, HoleRegion};
 
 impl Skeleton {
-    /// The hole of a dot: circumcentre and circumradius of the triangle whose filling kills it.
-    pub fn hole(&self, dot: &Dot) -> Hole {
-        let circle = circumcircle(dot.triangle.map(|v| self.vertices()[v as usize].position));
-        Hole { center: circle.center, radius: dot.death }
+    /// The hole of a dot in the plane: circumcentre and circumradius of the triangle whose filling kills it.
+    pub fn hole(&self, dot: &Dot) -> Option<Hole> {
+        let (Filtration::Alpha, Killer::Triangle(triangle)) = (self.filtration(), dot.killer) else { return None };
+        let circle = circumcircle(triangle.map(|vertex| Position::of_vertex(self.vertices().xy(vertex))));
+        Some(Hole { center: circle.center, radius: dot.death })
     }
 }
 

@@ -6,13 +6,13 @@
 //! Must not know: frames, tiles.
 
 use crate::topology::base::{both, pair_key, sort_by_key};
-use crate::topology::cloud::{Cloud, Vertex};
+use crate::topology::cloud::{Cloud, Vertices};
 use crate::topology::plane::DualOrder;
 use crate::topology::plane::basins::Basins;
 use crate::topology::plane::elements::label;
 use crate::topology::plane::mesh::Mesh;
 use crate::topology::plane::reduction::{Link, reduce};
-use crate::topology::skeleton::{Dot, Ranking, Skeleton};
+use crate::topology::skeleton::{Dot, Killer, Ranking, Skeleton};
 
 impl Skeleton {
     /// The skeleton of a cloud as of its last commit, whose vertices are the sites of the mesh, from the links between
@@ -38,7 +38,7 @@ impl Skeleton {
             found.extend(reduction.pairs().filter_map(|pair| {
                 let (birth, death) = label(pair.scale, basins.weight(pair.death))?;
                 let triangle = basins.triangle(pair.death).map(|site| rank[site as usize]);
-                Some(Dot { birth, death, edge: edge_of(pair.edge), triangle })
+                Some(Dot { birth, death, edge: edge_of(pair.edge), killer: Killer::Triangle(triangle) })
             }));
             found
         };
@@ -54,18 +54,18 @@ pub(super) fn ranking(number: u64, skeleton: &Skeleton, most: usize) -> Ranking 
 }
 
 /// The vertices by id, and the place among them of each site of the mesh.
-fn ranked_vertices(cloud: &Cloud, mesh: &Mesh) -> (Vec<Vertex>, Vec<u32>) {
+fn ranked_vertices(cloud: &Cloud, mesh: &Mesh) -> (Vertices, Vec<u32>) {
     let (vertices, rank) = ranks(cloud);
     (vertices, mesh.slots().iter().map(|&slot| rank[slot as usize]).collect())
 }
 
 /// The vertices by id, and the place among them of each slot's vertex.
-pub(super) fn ranks(cloud: &Cloud) -> (Vec<Vertex>, Vec<u32>) {
-    let mut vertices = Vec::with_capacity(cloud.vertex_count());
+pub(super) fn ranks(cloud: &Cloud) -> (Vertices, Vec<u32>) {
+    let mut vertices = Vertices::with_capacity(2, cloud.vertex_count());
     let mut rank_of_slot = vec![0; cloud.slot_count()];
     for (slot, vertex) in cloud.vertices() {
         rank_of_slot[slot as usize] = vertices.len() as u32;
-        vertices.push(vertex);
+        vertices.push(vertex.id, &vertex.position.xy());
     }
     (vertices, rank_of_slot)
 }

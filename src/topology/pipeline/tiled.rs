@@ -11,7 +11,7 @@ use crate::topology::cloud::{Cloud, Slot};
 use crate::topology::frames::{Change, DotChange, Persistent, Tree};
 use crate::topology::plane::elements::{TileDot, TreeEdge};
 use crate::topology::plane::tiles::{Difference, Tiles};
-use crate::topology::skeleton::{Critical, Dot, EdgeId, Ranking, Skeleton, TreeEdgeId};
+use crate::topology::skeleton::{Critical, Dot, EdgeId, Killer, Ranking, Skeleton, TreeEdgeId};
 
 impl Persistent for TileDot {
     #[inline]
@@ -33,7 +33,7 @@ pub fn skeleton(cloud: &Cloud, tiles: &Tiles) -> Skeleton {
         birth: dot.birth,
         death: dot.death,
         edge: edge_of(dot.edge),
-        triangle: dot.triangle.map(|slot| rank[slot as usize]),
+        killer: Killer::Triangle(dot.triangle.map(|slot| rank[slot as usize])),
     });
     Skeleton::from_parts(vertices, tree, found.collect())
 }
@@ -48,7 +48,7 @@ pub fn tree(cloud: &Cloud, tiles: &Tiles) -> Tree<'static> {
 /// The most persistent dots in tiles.
 pub fn ranking(number: u64, cloud: &Cloud, tiles: &Tiles, most: usize) -> Ranking {
     let name = |dot: &&TileDot| critical(cloud, dot);
-    let hole = |dot: &&TileDot| hole(cloud, dot.triangle, dot.death);
+    let hole = |dot: &&TileDot| Some(hole(cloud, dot.triangle, dot.death));
     Ranking::new(number, tiles.dots().collect(), most, |dot| dot.persistence(), name, hole)
 }
 

@@ -2,19 +2,20 @@
 //!
 //! In: a [`Skeleton`] and dots of it.
 //! Out: closed vertex loops.
-//! Invariants: a loop has at least three vertices, all different. It begins at its smallest vertex by position and goes
-//! on to the smaller of that one's neighbours, so it depends on the cloud alone. The cost is proportional to its
-//! length. Nothing recurses, however long a path is.
+//! Invariants: a loop has at least three vertices, all different. It begins at its smallest vertex by position (in a
+//! space without coordinates: by id) and goes on to the smaller of that one's neighbours, so it depends on the cloud
+//! alone. The cost is proportional to its length. Nothing recurses, however long a path is.
 //! Must not know: how skeletons are found, views.
 
 use super::hopes::{Dot, Skeleton};
 
-/// The minimum spanning tree of a skeleton, with a root, so that a path is found by going up from both ends.
+/// The minimum spanning tree of a skeleton, with a root in each component, so that a path is found by going up from
+/// both ends.
 #[derive(Clone, Debug)]
 pub struct Cycles {
-    /// The parent of each vertex; the root is its own parent.
+    /// The parent of each vertex; a root is its own parent.
     parent: Vec<u32>,
-    /// The number of edges between each vertex and the root.
+    /// The number of edges between each vertex and its root.
     depth: Vec<u32>,
 }
 
@@ -37,14 +38,7 @@ impl Cycles {
     /// at the end.
     pub fn cycle(&self, skeleton: &Skeleton, dot: &Dot) -> Vec<u32> {
         let [a, b] = dot.edge;
-        let mut cycle = self.path(a, b);
-        let position = |vertex: u32| skeleton.vertices()[vertex as usize].position;
-        let first = (0..cycle.len()).min_by_key(|&place| position(cycle[place])).unwrap_or(0);
-        cycle.rotate_left(first);
-        if position(cycle[cycle.len() - 1]) < position(cycle[1]) {
-            cycle[1..].reverse();
-        }
-        cycle
+        from_smallest(skeleton, self.path(a, b))
     }
 
     /// The path in the tree from `a` to `b`, both included.
@@ -67,7 +61,19 @@ impl Cycles {
     }
 }
 
-/// Removes leaves until one vertex is left, the root. Returns the parent of each vertex and the order of removal.
+/// The same loop from its smallest vertex on, towards the smaller of that one's neighbours.
+pub(super) fn from_smallest(skeleton: &Skeleton, mut cycle: Vec<u32>) -> Vec<u32> {
+    let vertices = skeleton.vertices();
+    let first = (0..cycle.len()).min_by(|&a, &b| vertices.compare(cycle[a], cycle[b])).unwrap_or(0);
+    cycle.rotate_left(first);
+    if vertices.compare(cycle[cycle.len() - 1], cycle[1]).is_lt() {
+        cycle[1..].reverse();
+    }
+    cycle
+}
+
+/// Removes leaves until one vertex of each component is left, the root. Returns the parent of each vertex and the order
+/// of removal.
 fn strip_leaves(skeleton: &Skeleton) -> (Vec<u32>, Vec<u32>) {
     let count = skeleton.vertices().len();
     let mut degree = vec![0_u32; count];
@@ -79,7 +85,7 @@ fn strip_leaves(skeleton: &Skeleton) -> (Vec<u32>, Vec<u32>) {
             parent[vertex as usize] ^= neighbour;
         }
     }
-    let mut order: Vec<u32> = (0..count as u32).filter(|&vertex| degree[vertex as usize] == 1).collect();
+    let mut order: Vec<u32> = (0..count as u32).filter(|&vertex| degree[vertex as usize] <= 1).collect();
     let mut next = 0;
     while let Some(&leaf) = order.get(next) {
         next += 1;
@@ -110,7 +116,7 @@ mod tests {
     }
 
     fn places(skeleton: &Skeleton, cycle: &[u32]) -> Vec<[f64; 2]> {
-        cycle.iter().map(|&vertex| skeleton.vertices()[vertex as usize].position.xy()).collect()
+        cycle.iter().map(|&vertex| skeleton.vertices().xy(vertex)).collect()
     }
 
     #[test]

@@ -16,8 +16,8 @@ use super::named::Critical;
 pub struct RankedDot {
     /// The critical edge and its label.
     pub critical: Critical,
-    /// The last point of its hole to be filled.
-    pub hole: Hole,
+    /// The last point of its hole to be filled; in the plane.
+    pub hole: Option<Hole>,
 }
 
 /// The most persistent dots of a frame.
@@ -39,7 +39,7 @@ impl Ranking {
         most: usize,
         persistence: impl Fn(&D) -> f64,
         name: impl Fn(&D) -> Critical,
-        hole: impl Fn(&D) -> Hole,
+        hole: impl Fn(&D) -> Option<Hole>,
     ) -> Self {
         let (total, first) = first(dots, most, persistence, name);
         let dots = first.into_iter().map(|(dot, critical)| RankedDot { critical, hole: hole(&dot) }).collect();

@@ -88,8 +88,8 @@ impl View {
         critical: impl Iterator<Item = u32>,
     ) -> Self {
         let limit = up_to(alpha);
-        let short = |&edge: &Edge| skeleton.half_length(edge) <= limit;
-        let tree: Vec<Edge> = skeleton.tree().iter().copied().filter(short).collect();
+        let short = |(edge, half_length): (Edge, f64)| (half_length <= limit).then_some(edge);
+        let tree: Vec<Edge> = skeleton.scaled_tree().filter_map(short).collect();
         let critical: Vec<u32> = critical.collect();
         Self {
             spec,

@@ -432,7 +432,7 @@ mod tests {
                 for (id, region) in scene.pipeline.track_regions(&scene.tracker) {
                     let track = step.alive.iter().find(|track| track.id == id).expect("it is alive");
                     let is_its = |dot: &&crate::topology::Dot| {
-                        (dot.birth, dot.death, frame.skeleton.hole(dot)) == (track.birth, track.death, track.hole)
+                        (dot.birth, dot.death, frame.skeleton.hole(dot)) == (track.birth, track.death, Some(track.hole))
                     };
                     prop_assert!(frame.skeleton.dots().iter().any(|dot| is_its(&dot)));
                     prop_assert!(region.area() > 0.0 && region.contains(track.hole.center));

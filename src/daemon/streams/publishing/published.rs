@@ -32,11 +32,12 @@ pub struct PublishedDots {
 impl PublishedDots {
     /// The dots of a ranking.
     pub fn new(ranking: &Ranking, account: &Arc<Account>) -> Self {
+        // The wire's dots are those of the plane, which all have holes.
         let dot = |ranked: &RankedDot| {
-            let (a, b, birth, death) = convert::critical(&ranked.critical);
-            wire::Dot { edge: (a, b), birth, death, center: ranked.hole.center.into(), radius: ranked.hole.radius }
+            let ((a, b, birth, death), hole) = (convert::critical(&ranked.critical), ranked.hole?);
+            Some(wire::Dot { edge: (a, b), birth, death, center: hole.center.into(), radius: hole.radius })
         };
-        let dots: Vec<wire::Dot> = ranking.dots.iter().map(dot).collect();
+        let dots: Vec<wire::Dot> = ranking.dots.iter().filter_map(dot).collect();
         let charge = account.charge(size_of_val(dots.as_slice()));
         Self { frame: ranking.number, total: ranking.total as u64, dots, _charge: charge }
     }

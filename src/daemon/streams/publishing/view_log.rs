@@ -67,7 +67,7 @@ impl LogEntry {
 fn size_of_diff(diff: &Diff) -> usize {
     let Diff { vertices_added, vertices_removed, tree_added, tree_removed, .. } = diff;
     let Diff { critical_set, critical_removed, critical_before, .. } = diff;
-    size_of_val(vertices_added.as_slice())
+    vertices_added.heap_size()
         + size_of_val(vertices_removed.as_slice())
         + size_of_val(tree_added.as_slice())
         + size_of_val(tree_removed.as_slice())

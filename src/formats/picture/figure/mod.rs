@@ -128,7 +128,7 @@ fn extent(figure: &Figure<'_>, scenes: &[Scene<'_>]) -> Extent {
         let [right, top] = size.map(|side| f64::from(side) - 0.5);
         return Extent::EMPTY.with([-0.5, -0.5]).with([right, top]);
     }
-    let points = figure.skeleton.vertices().iter().map(|vertex| vertex.position.xy());
+    let points = figure.skeleton.vertices().positions();
     let skeletons = figure.panels.iter().zip(scenes).filter(|(panel, _)| matches!(panel, Panel::Skeleton(_)));
     let holes = skeletons.flat_map(|(_, scene)| &scene.holes);
     holes.fold(points.fold(Extent::EMPTY, Extent::with), |extent, (_, hole)| {

@@ -39,8 +39,11 @@ fn panels_stand_in_the_order_given() {
     let frame = frame(&SQUARES);
     let (one, two) = (frame.view(derived(1, 1)), frame.view(derived(2, 1)));
     let simplified = simplify(&frame.skeleton, &one, 0.5);
-    let simplified =
-        Panel::Simplified { view: &one, threshold: 0.5, simplified: (&simplified.positions, &simplified.edges) };
+    let simplified = Panel::Simplified {
+        view: &one,
+        threshold: 0.5,
+        simplified: (simplified.positions.planar(), &simplified.edges),
+    };
     let panels = vec![
         simplified,
         Panel::Skeleton(&two),
@@ -151,7 +154,7 @@ fn degenerate_clouds_have_figures() {
         let simplified = Panel::Simplified {
             view: &view,
             threshold: view.scale(),
-            simplified: (&simplified.positions, &simplified.edges),
+            simplified: (simplified.positions.planar(), &simplified.edges),
         };
         let panels = vec![Panel::Cloud, Panel::Diagram(&view), Panel::Skeleton(&view), simplified];
         let text = figure(&Figure { name: None, skeleton: &frame.skeleton, photo: None, panels });

@@ -198,9 +198,14 @@ mod tests {
     use crate::topology::plane::geometry::{acuteness, circumradius_squared};
     use crate::topology::stages::{Basins, Filtration};
     use crate::topology::testing::{Points, clouds, clouds_twice, lattice, points_of, ring};
-    use crate::topology::{Cloud, Dot, Edge, Skeleton, Window};
+    use crate::topology::{Cloud, Dot, Edge, Killer, Skeleton, Window};
 
     type Paths = Vec<Vec<[f64; 2]>>;
+
+    fn triangle(dot: &Dot) -> [u32; 3] {
+        let Killer::Triangle(corners) = dot.killer else { panic!("triangles of the plane kill dots: {dot:?}") };
+        corners
+    }
 
     /// A cloud with its triangulation and skeleton.
     struct Scene {
@@ -224,17 +229,17 @@ mod tests {
             let (basins, links) = Basins::contract(&mesh, Filtration::new(&mesh));
             let skeleton = Skeleton::new(&cloud, &mesh, &basins, links);
             let slots: Vec<Slot> = cloud.vertices().map(|(slot, _)| slot).collect();
-            assert!(slots.iter().zip(skeleton.vertices()).all(|(&slot, vertex)| cloud.id(slot) == vertex.id));
+            assert!(slots.iter().zip(skeleton.vertices().ids()).all(|(&slot, &id)| cloud.id(slot) == id));
             Self { delaunay, slots, skeleton }
         }
 
         fn at(&self, vertex: u32) -> Position {
-            self.skeleton.vertices()[vertex as usize].position
+            Position::of_vertex(self.skeleton.vertices().xy(vertex))
         }
 
         fn flood(&self, dot: &Dot) -> Option<Flood<'_>> {
             let site = |vertex: u32| (self.at(vertex), self.slots[vertex as usize]);
-            flood(&self.delaunay, dot.triangle.map(site), dot.edge.map(|vertex| self.at(vertex)))
+            flood(&self.delaunay, triangle(dot).map(site), dot.edge.map(|vertex| self.at(vertex)))
         }
 
         /// The corners of all triangles.
@@ -315,14 +320,14 @@ mod tests {
         assert_eq!(scene.faces(dot).len(), 10);
         let site = |vertex: u32| (scene.at(vertex), scene.slots[vertex as usize]);
         let critical = dot.edge.map(|vertex| scene.at(vertex));
-        let (mut moved, mut other) = (dot.triangle.map(site), dot.triangle.map(site));
+        let (mut moved, mut other) = (triangle(dot).map(site), triangle(dot).map(site));
         moved[0].0 = Position::new(7.0, 8.0).unwrap();
-        other[2] = site((0..12).find(|vertex| !dot.triangle.contains(vertex)).unwrap());
+        other[2] = site((0..12).find(|vertex| !triangle(dot).contains(vertex)).unwrap());
         for name in [moved, other] {
             assert!(flood(&scene.delaunay, name, critical).is_none());
         }
         // With a barrier below all edges, the hole is open to the outer face.
-        assert!(flood(&scene.delaunay, dot.triangle.map(site), [critical[0], critical[0]]).is_none());
+        assert!(flood(&scene.delaunay, triangle(dot).map(site), [critical[0], critical[0]]).is_none());
     }
 
     #[test]
@@ -359,7 +364,7 @@ mod tests {
         for dot in &theta.skeleton.dots()[..2] {
             let walks = theta.walks(dot);
             assert!(walks[0].len() > 40 && area(&walks[0]) > 0.5, "{} {}", walks[0].len(), area(&walks[0]));
-            assert_eq!(winding(theta.skeleton.hole(dot).center, &walks[0]), 1);
+            assert_eq!(winding(theta.skeleton.hole(dot).unwrap().center, &walks[0]), 1);
         }
     }
 
@@ -425,7 +430,7 @@ mod tests {
             let scene = Scene::new(&points);
             for dot in scene.skeleton.dots() {
                 let walks = scene.walks(dot);
-                let center = scene.skeleton.hole(dot).center;
+                let center = scene.skeleton.hole(dot).unwrap().center;
                 prop_assert_eq!(walks.iter().map(|walk| winding(center, walk)).sum::<i32>(), 1);
                 prop_assert_eq!(winding(center, &walks[0]), 1);
                 prop_assert!(area(&walks[0]) > 0.0);
