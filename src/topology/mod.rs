@@ -18,6 +18,7 @@
 //! | --- | --- |
 //! | `base` | sorting by numeric keys, lists shared between threads (the only file with `rayon`), accurate sums |
 //! | `cloud` | which points are there: positions, windows, duplicates, what changed |
+//! | `metric` | tree and dots of any metric space: lengths, the Vietoris-Rips sweep |
 //! | `plane` | tree and dots of a cloud: geometry, Delaunay (with `spade`), filtration, reduction, holes, tiles |
 //! | `skeleton` | what a skeleton is: dots, tree, gaps, views, cycles, simplification, ranking |
 //! | `frames` | from one frame to the next: diffs, changes, the stored diagram, followers |
@@ -97,7 +98,7 @@
 mod base;
 mod cloud;
 mod frames;
-pub mod metric;
+mod metric;
 mod pipeline;
 mod plane;
 mod skeleton;
@@ -111,7 +112,7 @@ pub use cloud::{
     Position, Refusal, Restart, Slot, Staging, Vertex, VertexId, Vertices, Window,
 };
 pub use frames::{ApplyError, Checksum, Diff, Follower, Frame, Presence, SimplifiedFollower, Snapshot, Step};
-pub use pipeline::{Contradiction, Options, Pipeline, Stage, Tracker};
+pub use pipeline::{Contradiction, Options, Pipeline, Stage, Tracker, numbered};
 pub use plane::elements::DIAGONAL;
 pub use plane::holes::{BoundaryVertex, Region};
 pub use skeleton::{
@@ -119,6 +120,14 @@ pub use skeleton::{
     Selection, ShortestCycles, Simplified, Skeleton, View, ViewSpec, diagonal_gaps, select, simplify, vertical_gaps,
 };
 pub use tracks::{Changed, EventKind, Track, TrackEvent, TrackId, TrackOptions, TrackRule, TrackStep};
+
+/// Finite metric spaces, of which [`Skeleton::of_space`] makes skeletons.
+pub mod spaces {
+    pub use super::metric::rips::{MAX_VERTICES, Pair, Persistence, Workspace, persistence};
+    pub use super::metric::space::{
+        Distances, EARTH_RADIUS, Graph, Landmarks, MAX_DIMENSION, Matrix, Metric, Points, Space, SpaceError, landmarks,
+    };
+}
 
 /// The stages between the cloud and its skeleton, to run or to measure them one by one.
 pub mod stages {

@@ -3,9 +3,9 @@
 //! In: a space and its persistence.
 //! Out: the vertex that stands for each vertex.
 //! Invariants: vertices at distance zero are one if their distances to all others agree to the last bit. Where they do
-//! not, which only a matrix or a graph can say, they stay two, joined by an edge of length zero. Leaving out all but the
-//! first of such vertices changes nothing else: any edge of another one has the first one in its lune, joined to all
-//! the rest of it, so it is no tree edge, no birth and no death.
+//! not, which only a matrix or a graph can say, they stay two, joined by an edge of length zero. Leaving out all but
+//! the first of such vertices changes nothing else: any edge of another one has the first one in its lune, joined to
+//! all the rest of it, so it is no tree edge, no birth and no death.
 //! Must not know: skeletons.
 
 use super::rips::Persistence;

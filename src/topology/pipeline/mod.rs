@@ -18,6 +18,7 @@ mod holes;
 mod memory;
 mod one_pass;
 mod reach;
+mod rips_pass;
 mod stage;
 mod tiled;
 
@@ -38,6 +39,7 @@ use super::skeleton::Ranking;
 use super::tracks::{self, Detections, FrameStamp, TrackId, TrackStep, detect};
 
 pub use self::check::Contradiction;
+pub use self::rips_pass::numbered;
 pub use self::stage::Stage;
 
 /// Tracks the persistent cycles of one stream.

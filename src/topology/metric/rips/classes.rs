@@ -41,10 +41,8 @@ impl Sum {
 /// What a birth has become.
 #[derive(Clone, Debug)]
 struct Dead {
-    /// When it died.
-    at_first: Sum,
-    /// Rewritten since, after so many deaths.
-    now: Sum,
+    sum: Sum,
+    /// How many deaths there were when it was last rewritten.
     as_of: u32,
 }
 
@@ -59,11 +57,6 @@ pub struct Classes {
 }
 
 impl Classes {
-    /// The number of births.
-    pub fn count(&self) -> usize {
-        self.fates.len()
-    }
-
     /// The number of births that are alive.
     pub fn alive(&self) -> usize {
         self.fates.len() - self.deaths as usize
@@ -88,7 +81,7 @@ impl Classes {
             toggle(total, birth);
             self.refresh(birth);
             if let Some(fate) = &self.fates[birth as usize] {
-                fate.now.add_to(total);
+                fate.sum.add_to(total);
             }
         }
     }
@@ -99,15 +92,15 @@ impl Classes {
         if fate.as_of == self.deaths {
             return;
         }
-        let rewritten = fate.now.meets(&self.dead).then(|| {
+        let rewritten = fate.sum.meets(&self.dead).then(|| {
             let mut work = std::mem::take(&mut self.work);
             work.clear();
             work.resize(self.dead.len(), 0);
-            fate.now.add_to(&mut work);
+            fate.sum.add_to(&mut work);
             while let Some(birth) = youngest(&work, &self.dead) {
                 toggle(&mut work, birth);
                 if let Some(fate) = &self.fates[birth as usize] {
-                    fate.now.add_to(&mut work);
+                    fate.sum.add_to(&mut work);
                 }
             }
             let sum = Sum::of(&work);
@@ -116,7 +109,7 @@ impl Classes {
         });
         if let Some(fate) = &mut self.fates[birth as usize] {
             fate.as_of = self.deaths;
-            fate.now = rewritten.unwrap_or_else(|| std::mem::replace(&mut fate.now, Sum::Few(Vec::new())));
+            fate.sum = rewritten.unwrap_or_else(|| std::mem::replace(&mut fate.sum, Sum::Few(Vec::new())));
         }
     }
 
@@ -126,24 +119,9 @@ impl Classes {
         let birth = word as u32 * 64 + total[word].ilog2();
         toggle(total, birth);
         self.deaths += 1;
-        let sum = Sum::of(total);
-        self.fates[birth as usize] = Some(Box::new(Dead { at_first: sum.clone(), now: sum, as_of: self.deaths }));
+        self.fates[birth as usize] = Some(Box::new(Dead { sum: Sum::of(total), as_of: self.deaths }));
         self.dead[word] |= 1 << (birth % 64);
         Some(birth)
-    }
-
-    /// Rewrites a sum in terms of the births for which `alive` holds, which must be those alive at some time of the
-    /// sweep.
-    pub fn settle_as_of(&self, alive: impl Fn(u32) -> bool, total: &mut [u64]) {
-        for birth in (0..self.fates.len() as u32).rev() {
-            if total[birth as usize / 64] >> (birth % 64) & 1 == 0 || alive(birth) {
-                continue;
-            }
-            toggle(total, birth);
-            if let Some(fate) = &self.fates[birth as usize] {
-                fate.at_first.add_to(total);
-            }
-        }
     }
 }
 
@@ -191,11 +169,7 @@ mod tests {
         classes.settle(&mut total);
         assert_eq!(births(&total).count(), 0);
         assert_eq!(classes.kill(&mut total), None);
-        assert_eq!((classes.count(), classes.alive()), (130, 128));
-        // Before 70 died, 129 was 3 and 70.
-        let mut total = sum(&classes, &[129]);
-        classes.settle_as_of(|birth| birth == 70 || birth < 60, &mut total);
-        assert_eq!(births(&total).collect::<Vec<_>>(), [3, 70]);
+        assert_eq!(classes.alive(), 128);
     }
 
     #[test]

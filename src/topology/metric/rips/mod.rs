@@ -10,8 +10,8 @@
 //!
 //! An edge enters at its length, a triangle with its longest edge. All pairs are in one total order: (length, smaller
 //! end, larger end). Let K_i be the flag complex of the first i edges. When the edge ab comes, the new simplices are
-//! the joins of ab with the simplices of its *lune*, the vertices c with ac and bc before ab: the lune's flag complex is
-//! the link of ab in K_i. So H_k(K_i, K_{i-1}) is the reduced homology of the link in dimension k - 2, and for H_1:
+//! the joins of ab with the simplices of its *lune*, the vertices c with ac and bc before ab: the lune's flag complex
+//! is the link of ab in K_i. So H_k(K_i, K_{i-1}) is the reduced homology of the link in dimension k - 2, and for H_1:
 //!
 //! * If the lune is empty, ab joins two components (a tree edge) or gives birth to a cycle. Such edges are those of the
 //!   relative neighbourhood graph of the total order.

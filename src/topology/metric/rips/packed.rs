@@ -2,8 +2,8 @@
 //!
 //! In: pairs of one batch, whose lengths lie between two bounds.
 //! Out: the same pairs in the total order.
-//! Invariants: a key of 32 bits never decreases with the length. Pairs that keys do not tell apart are compared by their
-//! lengths and ends. So the order is exact, and almost all of it is done on integers.
+//! Invariants: a key of 32 bits never decreases with the length. Pairs that keys do not tell apart are compared by
+//! their lengths and ends. So the order is exact, and almost all of it is done on integers.
 //! Must not know: filtrations.
 
 use super::pair::Pair;

@@ -1,3 +1,5 @@
+//! Tests of the sweep: against the textbook, on any number of threads, in a workspace that was used.
+
 use std::f64::consts::TAU;
 
 use proptest::prelude::*;

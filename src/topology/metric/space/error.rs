@@ -7,7 +7,8 @@
 
 use thiserror::Error;
 
-use super::points::MAX_DIMENSION;
+/// The largest number of coordinates of a point.
+pub const MAX_DIMENSION: usize = 4096;
 
 /// Why points or distances are refused.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]

@@ -6,8 +6,8 @@
 //! alone. Landmarks are at positive distance from each other.
 //! Must not know: skeletons.
 //!
-//! The covering radius r bounds what the sample may hide: the diagrams of the two Vietoris-Rips filtrations, with scales
-//! as radii, are at most r apart (F. Chazal, V. de Silva, S. Oudot, "Persistence stability for geometric complexes",
+//! The covering radius r bounds what the sample may hide: the diagrams of the two Vietoris-Rips filtrations, with
+//! scales as radii, are at most r apart (F. Chazal, V. de Silva, S. Oudot, "Persistence stability for geometric complexes",
 //! Geometriae Dedicata 173, 2014, Theorem 5.2: twice the Gromov-Hausdorff distance, with scales as diameters).
 
 use super::Distances;

@@ -16,12 +16,12 @@ mod measure;
 mod points;
 mod table;
 
-pub use error::SpaceError;
+pub use error::{MAX_DIMENSION, SpaceError};
 pub use graph::Graph;
 pub use landmarks::{Landmarks, landmarks};
 pub use matrix::Matrix;
 pub use measure::{EARTH_RADIUS, Metric};
-pub use points::{MAX_DIMENSION, Points};
+pub use points::Points;
 pub use table::Table;
 
 /// Lengths of the pairs of a finite set. A length grows with the distance; it need not be the distance itself, since

@@ -10,11 +10,8 @@
 //! dimension. Points of few coordinates also stand one by one, for single lengths.
 
 use super::Distances;
-use super::error::SpaceError;
+use super::error::{MAX_DIMENSION, SpaceError};
 use super::measure::{LANES, Lane, Metric};
-
-/// The largest number of coordinates of a point.
-pub const MAX_DIMENSION: usize = 4096;
 
 /// The largest magnitude of a coordinate: squares of differences of larger ones may overflow when they are summed.
 const MAX_MAGNITUDE: f64 = 1e150;

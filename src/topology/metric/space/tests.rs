@@ -1,3 +1,5 @@
+//! Tests of spaces: lengths by their definitions, rows against single lengths, refusals.
+
 use super::*;
 
 /// Lengths of a vertex to all, by both ways.
