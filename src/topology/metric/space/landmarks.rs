@@ -7,8 +7,8 @@
 //! Must not know: skeletons.
 //!
 //! The covering radius r bounds what the sample may hide: the diagrams of the two Vietoris-Rips filtrations, with
-//! scales as radii, are at most r apart (F. Chazal, V. de Silva, S. Oudot, "Persistence stability for geometric complexes",
-//! Geometriae Dedicata 173, 2014, Theorem 5.2: twice the Gromov-Hausdorff distance, with scales as diameters).
+//! scales as radii, are at most r apart. (Theorem 5.2 of F. Chazal, V. de Silva, S. Oudot, "Persistence stability for
+//! geometric complexes", Geometriae Dedicata 173, 2014: twice the Gromov-Hausdorff distance, with scales as diameters.)
 
 use super::Distances;
 
