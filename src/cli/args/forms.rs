@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
 use crate::formats::images::finder::InputForm;
+use crate::formats::input::space::DistanceForm;
 use crate::formats::messages::MessageForm;
 use crate::formats::point_writer::PointForm;
 use crate::formats::skeleton::OutputFormat;
@@ -56,6 +57,15 @@ words!(InputForm {
     Images "images" "A picture a file: PNG or JPEG"
     Y4m "y4m" "Video: YUV4MPEG2"
     Gray "gray" "Video: bare frames of gray pixels, of the size of --size"
+});
+
+words!(DistanceForm {
+    Full "full" "All rows and columns"
+    Lower "lower" "Below the diagonal: rows of 1, 2, 3, ... numbers, or one list (Ripser's lower-distance)"
+    Upper "upper" "Above the diagonal: rows of which each is one number shorter, or one list (Ripser's upper-distance)"
+    Condensed "condensed" "Above the diagonal, row by row in one list, as scipy's pdist returns it"
+    Sparse "sparse" "Rows i j distance, points counted from 0; pairs that are not there are never joined"
+    Binary "binary" "Below the diagonal in one list of little-endian floats of 4 bytes (Ripser's binary; suffix .bin)"
 });
 
 words!(TableFormat {

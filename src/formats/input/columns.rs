@@ -1,13 +1,76 @@
 //! Which columns of a table hold the coordinates, and the event time if there is one.
 //!
 //! In: a choice such as `1,2`, `lon,lat` or `2,3,1`, or none; the names in a header.
-//! Out: [`Columns`], and once the header is known the [`Places`] of the chosen columns.
+//! Out: [`Columns`] of points of the plane, and once the header is known the [`Places`] of the chosen columns; what the
+//! columns of points of any kind must know, [`PointColumns`].
 //!
 //! Invariant: x and y are never the same choice, so a line that yields both has two columns.
 //!
 //! Must not know: how a line is split.
 
+use std::fmt::{self, Debug};
 use std::str::FromStr;
+
+use super::excerpt::Excerpt;
+use super::jsonl::JsonPoint;
+
+/// Which columns make a point, of a table or of the named fields of a file.
+pub trait PointColumns: Clone + Debug {
+    /// What they make.
+    type Point: JsonPoint;
+    /// Where they are in a table.
+    type Places: Clone + Debug;
+
+    /// Whether event times are wanted where nobody has chosen columns.
+    fn wants_times(&self) -> bool;
+
+    /// The places of the chosen columns, if no header is needed to find them.
+    fn places(&self) -> Option<Self::Places>;
+
+    /// The places that the names in a header say, if nobody has chosen.
+    fn named_in<'a>(&self, header: impl Iterator<Item = &'a str>) -> Option<Self::Places>;
+
+    /// The places of the chosen columns, where `header` knows the place of a name; or the first name it does not know.
+    /// Names are compared exactly.
+    ///
+    /// # Errors
+    /// That name.
+    fn find(&self, header: impl FnMut(&str) -> Option<usize>) -> Result<Self::Places, &str>;
+
+    /// The places among named fields of a file: those that were chosen, or those that are named so.
+    fn among<'a>(&self, names: impl Iterator<Item = &'a str> + Clone) -> Option<FieldPlaces>;
+
+    /// The places in an array of this shape, whose columns have no names.
+    ///
+    /// # Errors
+    /// What is wrong with it, and what to do.
+    fn in_array(&self, shape: &[u64]) -> Result<FieldPlaces, String>;
+
+    /// The coordinates in words, each with the name of what holds it.
+    fn told(names: impl ExactSizeIterator<Item = String>) -> String;
+}
+
+/// Where the coordinates of points are among the fields of a file, counted from 0.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FieldPlaces {
+    /// Of each coordinate.
+    pub coordinates: Vec<usize>,
+    /// Of the event time.
+    pub time: Option<usize>,
+}
+
+impl FieldPlaces {
+    /// All of them, the time last.
+    pub(super) fn all(&self) -> impl Iterator<Item = usize> {
+        self.coordinates.iter().copied().chain(self.time)
+    }
+}
+
+impl From<Places> for FieldPlaces {
+    fn from(Places { x, y, time }: Places) -> Self {
+        Self { coordinates: vec![x, y], time }
+    }
+}
 
 /// The columns of a table that are read; all others are ignored.
 ///
@@ -35,14 +98,14 @@ pub(super) const NAMES: [(&[&str], &[&str]); 4] = [
 ];
 
 /// Names of the event time.
-const TIMES: [&str; 4] = ["t", "time", "stamp", "timestamp"];
+pub(super) const TIMES: [&str; 4] = ["t", "time", "stamp", "timestamp"];
 
 /// Units that may follow a name after an underscore.
 const UNITS: [&str; 7] = ["m", "cm", "mm", "km", "px", "deg", "s"];
 
 /// One chosen column.
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum Column {
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(super) enum Column {
     /// Counted from 0.
     Place(usize),
     Name(String),
@@ -50,7 +113,7 @@ enum Column {
 
 /// Where the chosen columns are, counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Places {
+pub struct Places {
     pub(super) x: usize,
     pub(super) y: usize,
     pub(super) time: Option<usize>,
@@ -59,6 +122,12 @@ pub(super) struct Places {
 /// A choice of columns that cannot be understood.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ColumnsError {
+    /// A column twice.
+    #[error("the column {column} is chosen twice: choose each once")]
+    Twice {
+        /// Its name or number.
+        column: String,
+    },
     /// Not two or three entries.
     #[error("{found} column(s) chosen: choose two, x,y, or three, x,y,t")]
     Count {
@@ -101,7 +170,7 @@ impl FromStr for Columns {
     }
 }
 
-fn column(text: &str, entry: usize) -> Result<Column, ColumnsError> {
+pub(super) fn column(text: &str, entry: usize) -> Result<Column, ColumnsError> {
     let text = text.trim();
     let quoted = text.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
     let name = quoted.unwrap_or(text).trim();
@@ -119,7 +188,7 @@ fn column(text: &str, entry: usize) -> Result<Column, ColumnsError> {
 }
 
 /// A name as it is compared: without a mark of comments, units and the size of letters. `X [m]` and `x_m` are `x`.
-fn plain(name: &str) -> String {
+pub(super) fn plain(name: &str) -> String {
     let name = name.trim_start_matches('#').split(['[', '(']).next().unwrap_or_default().trim().to_lowercase();
     match name.rsplit_once('_') {
         Some((before, unit)) if UNITS.contains(&unit) => before.to_owned(),
@@ -128,8 +197,8 @@ fn plain(name: &str) -> String {
 }
 
 /// Whether the first column is an index without a name, as pandas and R write it. The others are named, or counted.
-fn begins_with_index(names: &[String]) -> bool {
-    let Some((first, others @ [_, _, ..])) = names.split_first() else { return false };
+pub(super) fn begins_with_index(names: &[String]) -> bool {
+    let Some((first, others)) = names.split_first().filter(|(_, others)| !others.is_empty()) else { return false };
     let are_counted = others.iter().enumerate().all(|(place, name)| *name == place.to_string());
     let are_named = others.iter().all(|name| !name.is_empty() && name.parse::<f64>().is_err());
     first.is_empty() && (are_counted || are_named)
@@ -140,51 +209,77 @@ impl Columns {
     pub fn with_times(self, wants_time: bool) -> Self {
         Self { wants_time, ..self }
     }
+}
 
-    /// The places of x and y among named fields of a file: those that were chosen, or those that are named so.
-    pub(super) fn among<'a>(&self, names: impl Iterator<Item = &'a str> + Clone) -> Option<Places> {
-        if self.is_open {
-            return self.named_in(names);
-        }
-        self.find(|name| names.clone().position(|known| known == name)).ok()
-    }
+impl PointColumns for Columns {
+    type Point = [f64; 2];
+    type Places = Places;
 
-    /// Whether event times are wanted where nobody has chosen columns.
-    pub(super) fn wants_times(&self) -> bool {
+    fn wants_times(&self) -> bool {
         self.wants_time
     }
 
-    /// The places of x and y by the names in a header, if nobody has chosen and it names both.
-    pub(super) fn named_in<'a>(&self, header: impl Iterator<Item = &'a str>) -> Option<Places> {
+    fn places(&self) -> Option<Places> {
+        self.find(|_| None).ok()
+    }
+
+    fn named_in<'a>(&self, header: impl Iterator<Item = &'a str>) -> Option<Places> {
         if !self.is_open {
             return None;
         }
         let names: Vec<String> = header.map(plain).collect();
         let place = |known: &[&str]| names.iter().position(|name| known.contains(&name.as_str()));
         let pair = NAMES.iter().find_map(|(x, y)| Some((place(x)?, place(y)?)));
-        let (x, y) = pair.or_else(|| begins_with_index(&names).then_some((1, 2)))?;
+        let (x, y) = pair.or_else(|| (names.len() > 2 && begins_with_index(&names)).then_some((1, 2)))?;
         let time = if self.wants_time { place(&TIMES) } else { None };
         Some(Places { x, y, time })
     }
 
-    /// The places of the chosen columns, if all are chosen by number.
-    pub(super) fn places(&self) -> Option<Places> {
-        self.find(|_| None).ok()
-    }
-
-    /// The places of the chosen columns, where `header` knows the place of a name; or the first
-    /// name it does not know. Names are compared exactly.
-    pub(super) fn find(&self, mut header: impl FnMut(&str) -> Option<usize>) -> Result<Places, &str> {
+    fn find(&self, mut header: impl FnMut(&str) -> Option<usize>) -> Result<Places, &str> {
         Ok(Places {
             x: self.x.find(&mut header)?,
             y: self.y.find(&mut header)?,
             time: self.time.as_ref().map(|time| time.find(&mut header)).transpose()?,
         })
     }
+
+    fn among<'a>(&self, names: impl Iterator<Item = &'a str> + Clone) -> Option<FieldPlaces> {
+        let places = match self.is_open {
+            true => self.named_in(names),
+            false => self.find(|name| names.clone().position(|known| known == name)).ok(),
+        };
+        places.map(FieldPlaces::from)
+    }
+
+    fn in_array(&self, shape: &[u64]) -> Result<FieldPlaces, String> {
+        let &[rows, columns] = shape else { return Err("points are rows: save a.reshape(-1, 2)".to_owned()) };
+        if columns < 2 {
+            return Err("a point has two columns: numpy.column_stack((x, y))".to_owned());
+        }
+        if rows <= 3 && columns > 3 {
+            return Err("points are rows: save a.T".to_owned());
+        }
+        let unnamed = |_| "its columns have no names: choose them by number, --columns 1,2".to_owned();
+        self.find(|_| None).map(FieldPlaces::from).map_err(unnamed)
+    }
+
+    fn told(mut names: impl ExactSizeIterator<Item = String>) -> String {
+        let [x, y] = std::array::from_fn(|_| names.next().unwrap_or_default());
+        format!("x is {x}, y is {y}")
+    }
+}
+
+impl fmt::Display for Column {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Place(place) => write!(f, "{}", place + 1),
+            Self::Name(name) => write!(f, "{}", Excerpt::of(name.as_bytes())),
+        }
+    }
 }
 
 impl Column {
-    fn find(&self, header: &mut impl FnMut(&str) -> Option<usize>) -> Result<usize, &str> {
+    pub(super) fn find(&self, header: &mut impl FnMut(&str) -> Option<usize>) -> Result<usize, &str> {
         match self {
             Self::Place(place) => Ok(*place),
             Self::Name(name) => header(name).ok_or(name),

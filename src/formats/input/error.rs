@@ -73,6 +73,8 @@ pub enum Field {
     Column(usize),
     /// A byte of the line, counted from 1.
     Byte(usize),
+    /// A coordinate, counted from 1.
+    Coordinate(usize),
     /// A member of a JSON object, or the element of `[x,y,t]` of that meaning.
     Member(Member),
     /// A point of a JSON list of points.
@@ -82,8 +84,26 @@ pub enum Field {
         /// The point, counted from 1.
         point: usize,
         /// Its coordinate, unless the fault is in the point as a whole.
-        coordinate: Option<Member>,
+        coordinate: Option<Coordinate>,
     },
+}
+
+/// A coordinate of a listed point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coordinate {
+    /// In the plane it has a name.
+    Member(Member),
+    /// Elsewhere it has a number, counted from 1.
+    Number(usize),
+}
+
+impl fmt::Display for Coordinate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Member(member) => member.fmt(f),
+            Self::Number(number) => write!(f, "coordinate {number}"),
+        }
+    }
 }
 
 impl fmt::Display for Field {
@@ -91,6 +111,7 @@ impl fmt::Display for Field {
         match *self {
             Self::Column(number) => write!(f, "column {number}"),
             Self::Byte(number) => write!(f, "byte {number}"),
+            Self::Coordinate(number) => write!(f, "coordinate {number}"),
             Self::Member(member) => member.fmt(f),
             Self::Listed { list, point, coordinate } => {
                 write!(f, "{list}, point {point}")?;
@@ -107,6 +128,8 @@ pub enum Member {
     X,
     /// The second coordinate of a point.
     Y,
+    /// The third coordinate of a point that is not of the plane.
+    Z,
     /// The event time of points.
     T,
     /// A list of points to add.
@@ -125,9 +148,10 @@ pub enum Member {
 
 impl Member {
     /// Every member, in the order of the variants.
-    pub(super) const ALL: [Self; 9] = [
+    pub(super) const ALL: [Self; 10] = [
         Self::X,
         Self::Y,
+        Self::Z,
         Self::T,
         Self::Points,
         Self::Retract,
@@ -142,6 +166,7 @@ impl Member {
         match self {
             Self::X => "x",
             Self::Y => "y",
+            Self::Z => "z",
             Self::T => "t",
             Self::Points => "points",
             Self::Retract => "retract",
@@ -243,6 +268,41 @@ pub enum BadLineReason {
     /// The input ends after its header.
     #[error("this header has no rows after it: add rows, or leave it out")]
     NoRows,
+    /// A coordinate, or a distance, that is none.
+    #[error("{found} is not a finite number: leave the point out or mend its source")]
+    NotFinite {
+        /// The value.
+        found: String,
+    },
+    /// A coordinate whose square is beyond all numbers.
+    #[error("{found} is beyond 1e150: use a larger unit")]
+    TooLarge {
+        /// The value.
+        found: String,
+    },
+    /// A latitude that is none.
+    #[error("{found} is no latitude, which is from -90 to 90 degrees: if it is a longitude, write it first")]
+    Latitude {
+        /// The value.
+        found: String,
+    },
+    /// A point of another dimension than those before it.
+    #[error("{found} coordinate(s), and the points before have {expected}: give all points as many")]
+    Dimension {
+        /// How many it has.
+        found: usize,
+        /// How many those before it have.
+        expected: usize,
+    },
+    /// Samples of a list in which one cannot be used, so that nobody knows what stood between them.
+    #[error("{samples} sample(s) of a list with gaps are left out: write each on a line of its own")]
+    BrokenList {
+        /// How many there are.
+        samples: usize,
+    },
+    /// A point to take back, where that is impossible.
+    #[error("points cannot be taken back here: leave the line out")]
+    NothingTakenBack,
     /// A JSON line is neither an array nor an object.
     #[error("{found} is neither an array nor an object: write [x,y] or {{\"x\":0,\"y\":0}}")]
     NotAnEntry {
@@ -303,7 +363,7 @@ pub enum BadLineReason {
 
 /// A fault on a line whose number the finder does not know.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Fault {
+pub struct Fault {
     pub(super) field: Option<Field>,
     pub(super) reason: BadLineReason,
 }

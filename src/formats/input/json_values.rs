@@ -7,6 +7,7 @@
 //! Must not know: which values a line needs.
 
 use std::fmt;
+use std::marker::PhantomData;
 
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
@@ -22,7 +23,7 @@ pub(super) const MINUS_INFINITY: &str = "-Infinity";
 
 /// A JSON value where a number or a truth value is expected; any other is only named.
 #[derive(Debug, Default)]
-pub(super) enum Scalar {
+pub enum Scalar {
     #[default]
     Null,
     Bool(bool),
@@ -106,21 +107,30 @@ impl<'de> Visitor<'de> for ScalarVisitor {
 
 /// An array that should hold coordinates: its first elements, and how many there are.
 #[derive(Debug)]
-pub(super) struct Row {
+pub struct Row {
     pub(super) elements: [Scalar; 3],
     pub(super) length: usize,
 }
 
 /// A JSON value where a point should be, whatever it is: one that is no array does not end a list of points.
 #[derive(Debug)]
-pub(super) enum Element {
-    Row(Row),
+pub(super) enum Element<W> {
+    Row(W),
     Other(Scalar),
 }
 
-impl Element {
+/// What is kept of an array of coordinates.
+pub trait ReadRow: Sized {
+    /// Reads all of its elements.
+    ///
+    /// # Errors
+    /// The text is no JSON.
+    fn read<'de, A: SeqAccess<'de>>(source: A) -> Result<Self, A::Error>;
+}
+
+impl<W> Element<W> {
     /// The row of coordinates, or what is wrong with an element that is none.
-    pub(super) fn row(self) -> Result<Row, BadLineReason> {
+    pub(super) fn row(self) -> Result<W, BadLineReason> {
         match self {
             Self::Row(row) => Ok(row),
             Self::Other(found) => Err(BadLineReason::NotAPoint { found: found.to_string() }),
@@ -128,51 +138,61 @@ impl Element {
     }
 }
 
-impl<'de> Deserialize<'de> for Element {
+impl<'de, W: ReadRow> Deserialize<'de> for Element<W> {
     fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
-        source.deserialize_any(ElementVisitor)
+        source.deserialize_any(ElementVisitor(PhantomData))
     }
 }
 
-struct ElementVisitor;
+struct ElementVisitor<W>(PhantomData<W>);
 
-impl<'de> Visitor<'de> for ElementVisitor {
-    type Value = Element;
+impl<'de, W: ReadRow> Visitor<'de> for ElementVisitor<W> {
+    type Value = Element<W>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a point [x,y]")
     }
 
-    fn visit_unit<E: Error>(self) -> Result<Element, E> {
+    fn visit_unit<E: Error>(self) -> Result<Element<W>, E> {
         ScalarVisitor.visit_unit().map(Element::Other)
     }
 
-    fn visit_bool<E: Error>(self, value: bool) -> Result<Element, E> {
+    fn visit_bool<E: Error>(self, value: bool) -> Result<Element<W>, E> {
         ScalarVisitor.visit_bool(value).map(Element::Other)
     }
 
-    fn visit_f64<E: Error>(self, value: f64) -> Result<Element, E> {
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Element<W>, E> {
         ScalarVisitor.visit_f64(value).map(Element::Other)
     }
 
-    fn visit_i64<E: Error>(self, value: i64) -> Result<Element, E> {
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Element<W>, E> {
         ScalarVisitor.visit_i64(value).map(Element::Other)
     }
 
-    fn visit_u64<E: Error>(self, value: u64) -> Result<Element, E> {
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Element<W>, E> {
         ScalarVisitor.visit_u64(value).map(Element::Other)
     }
 
-    fn visit_str<E: Error>(self, text: &str) -> Result<Element, E> {
+    fn visit_str<E: Error>(self, text: &str) -> Result<Element<W>, E> {
         ScalarVisitor.visit_str(text).map(Element::Other)
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut source: A) -> Result<Element, A::Error> {
+    fn visit_seq<A: SeqAccess<'de>>(self, source: A) -> Result<Element<W>, A::Error> {
+        W::read(source).map(Element::Row)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, members: A) -> Result<Element<W>, A::Error> {
+        ScalarVisitor.visit_map(members).map(Element::Other)
+    }
+}
+
+impl ReadRow for Row {
+    fn read<'de, A: SeqAccess<'de>>(mut source: A) -> Result<Self, A::Error> {
         let mut elements = <[Scalar; 3]>::default();
         let mut length = 0;
         while length < elements.len() {
             let Some(element) = source.next_element()? else {
-                return Ok(Element::Row(Row { elements, length }));
+                return Ok(Self { elements, length });
             };
             elements[length] = element;
             length += 1;
@@ -180,11 +200,7 @@ impl<'de> Visitor<'de> for ElementVisitor {
         while source.next_element::<IgnoredAny>()?.is_some() {
             length += 1;
         }
-        Ok(Element::Row(Row { elements, length }))
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, members: A) -> Result<Element, A::Error> {
-        ScalarVisitor.visit_map(members).map(Element::Other)
+        Ok(Self { elements, length })
     }
 }
 

@@ -15,11 +15,11 @@ use std::fmt;
 
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
-use super::error::{BadLineReason, Fault, Field, Member};
+use super::error::{BadLineReason, Coordinate, Fault, Field, Member};
 use super::excerpt::Excerpt;
 use super::json_literals::with_quoted_literals;
-use super::json_values::{Element, Name, Row, Scalar, a_string};
-use super::record::Parsed;
+use super::json_values::{Element, Name, ReadRow, Row, Scalar, a_string};
+use super::record::{Parsed, Point};
 
 /// Listed points whose fault is kept in words. Those after them are only counted.
 const KEPT: usize = 64;
@@ -32,7 +32,7 @@ pub(super) struct Faults {
 }
 
 impl Faults {
-    fn add(&mut self, fault: Fault) {
+    pub(super) fn add(&mut self, fault: Fault) {
         if self.kept.len() < KEPT { self.kept.push_back(fault) } else { self.more += 1 }
     }
 
@@ -54,12 +54,67 @@ impl Faults {
     }
 }
 
+/// A point as JSON lines write it.
+pub trait JsonPoint: Point {
+    /// What is kept of an array of its coordinates.
+    type Row: ReadRow;
+    /// Whether an object may have a member `z`, which is no coordinate in the plane.
+    const MAY_HAVE_Z: bool;
+
+    /// The point that stands on a line of its own as an array, and its time.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn of_array(row: Self::Row) -> Result<(Self, Option<f64>), Fault>;
+
+    /// A point in a list; `at` names its place.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn of_element(row: Self::Row, at: impl Fn(Option<Coordinate>) -> Field) -> Result<Self, Fault>;
+
+    /// The point that an object says.
+    ///
+    /// # Errors
+    /// What is missing, or wrong.
+    fn of_members(members: &mut Members) -> Result<Self, Fault>;
+}
+
+impl JsonPoint for [f64; 2] {
+    type Row = Row;
+    const MAY_HAVE_Z: bool = false;
+
+    fn of_array(Row { elements: [x, y, t], length }: Row) -> Result<(Self, Option<f64>), Fault> {
+        if !matches!(length, 2 | 3) {
+            let reason = BadLineReason::WrongLength { found: length, expected: "[x,y] or [x,y,t]" };
+            return Err(Fault::of_line(reason));
+        }
+        Ok(([coordinate(x, Member::X)?, coordinate(y, Member::Y)?], time(t, Member::T)?))
+    }
+
+    fn of_element(row: Row, at: impl Fn(Option<Coordinate>) -> Field) -> Result<Self, Fault> {
+        let [x, y, _] = &row.elements;
+        if row.length != 2 {
+            return Err(Fault::at(at(None), BadLineReason::WrongLength { found: row.length, expected: "[x,y]" }));
+        }
+        let coordinate = |value, member| {
+            let fault = || Fault::at(at(Some(Coordinate::Member(member))), not_a_number(value));
+            as_coordinate(value).ok_or_else(fault)
+        };
+        Ok([coordinate(x, Member::X)?, coordinate(y, Member::Y)?])
+    }
+
+    fn of_members(members: &mut Members) -> Result<Self, Fault> {
+        Ok([members.coordinate(Member::X)?, members.coordinate(Member::Y)?])
+    }
+}
+
 /// Parses a line. Points are put into `points`, and what is wrong with single ones into `faults`. If event times are
 /// wanted, they may have other names than `t`.
-pub(super) fn parse(
+pub(super) fn parse<P: JsonPoint>(
     line: &str,
     wants_times: bool,
-    points: &mut Vec<[f64; 2]>,
+    points: &mut Vec<P>,
     faults: &mut Faults,
 ) -> Result<Parsed, Fault> {
     let parsed = parse_strictly(line, wants_times, points, faults);
@@ -76,10 +131,10 @@ pub(super) fn parse(
     })
 }
 
-fn parse_strictly(
+fn parse_strictly<P: JsonPoint>(
     line: &str,
     wants_times: bool,
-    points: &mut Vec<[f64; 2]>,
+    points: &mut Vec<P>,
     faults: &mut Faults,
 ) -> Result<Parsed, Fault> {
     let content = line.trim_ascii_start();
@@ -93,21 +148,17 @@ fn parse_strictly(
     }
 }
 
-fn parse_array(line: &str, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
-    let element: Element = serde_json::from_str(line).map_err(|error| json_fault(&error))?;
-    let Row { elements: [x, y, t], length } = element.row().map_err(Fault::of_line)?;
-    if !matches!(length, 2 | 3) {
-        let reason = BadLineReason::WrongLength { found: length, expected: "[x,y] or [x,y,t]" };
-        return Err(Fault::of_line(reason));
-    }
-    points.push([coordinate(x, Member::X)?, coordinate(y, Member::Y)?]);
-    Ok(Parsed::Points { time: time(t, Member::T)? })
+fn parse_array<P: JsonPoint>(line: &str, points: &mut Vec<P>) -> Result<Parsed, Fault> {
+    let element: Element<P::Row> = serde_json::from_str(line).map_err(|error| json_fault(&error))?;
+    let (point, time) = P::of_array(element.row().map_err(Fault::of_line)?)?;
+    points.push(point);
+    Ok(Parsed::Points { time })
 }
 
-fn parse_object(
+fn parse_object<P: JsonPoint>(
     line: &str,
     wants_times: bool,
-    points: &mut Vec<[f64; 2]>,
+    points: &mut Vec<P>,
     faults: &mut Faults,
 ) -> Result<Parsed, Fault> {
     let mut fault = None;
@@ -132,7 +183,7 @@ fn json_fault(error: &serde_json::Error) -> Fault {
 }
 
 /// A value where a coordinate should be: null is no number, which no point has.
-fn as_coordinate(value: &Scalar) -> Option<f64> {
+pub(super) fn as_coordinate(value: &Scalar) -> Option<f64> {
     match *value {
         Scalar::Number(number) => Some(number),
         Scalar::Null => Some(f64::NAN),
@@ -154,18 +205,18 @@ fn time(value: Scalar, member: Member) -> Result<Option<f64>, Fault> {
     }
 }
 
-fn not_a_number(value: &Scalar) -> BadLineReason {
+pub(super) fn not_a_number(value: &Scalar) -> BadLineReason {
     BadLineReason::NotAJsonNumber { found: value.to_string() }
 }
 
 /// A list of points, which go into `points`, or what is wrong with them into `faults`.
-struct List<'a> {
+struct List<'a, P> {
     list: Member,
-    points: &'a mut Vec<[f64; 2]>,
+    points: &'a mut Vec<P>,
     faults: &'a mut Faults,
 }
 
-impl<'de> DeserializeSeed<'de> for List<'_> {
+impl<'de, P: JsonPoint> DeserializeSeed<'de> for List<'_, P> {
     type Value = ();
 
     fn deserialize<D: Deserializer<'de>>(self, source: D) -> Result<(), D::Error> {
@@ -173,7 +224,7 @@ impl<'de> DeserializeSeed<'de> for List<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for List<'_> {
+impl<'de, P: JsonPoint> Visitor<'de> for List<'_, P> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -198,16 +249,9 @@ impl<'de> Visitor<'de> for List<'_> {
     }
 }
 
-fn listed_point(element: Element, list: Member, point: usize) -> Result<[f64; 2], Fault> {
+fn listed_point<P: JsonPoint>(element: Element<P::Row>, list: Member, point: usize) -> Result<P, Fault> {
     let at = |coordinate| Field::Listed { list, point, coordinate };
-    let row = element.row().map_err(|reason| Fault::at(at(None), reason))?;
-    let [x, y, _] = &row.elements;
-    if row.length != 2 {
-        return Err(Fault::at(at(None), BadLineReason::WrongLength { found: row.length, expected: "[x,y]" }));
-    }
-    let coordinate =
-        |value, member| as_coordinate(value).ok_or_else(|| Fault::at(at(Some(member)), not_a_number(value)));
-    Ok([coordinate(x, Member::X)?, coordinate(y, Member::Y)?])
+    P::of_element(element.row().map_err(|reason| Fault::at(at(None), reason))?, at)
 }
 
 /// Ends the parsing of a line for a fault that is not the JSON parser's: keeps the fault, and makes
@@ -219,13 +263,13 @@ fn stop<E: Error>(kept: &mut Option<Fault>, fault: Fault) -> E {
 
 /// A JSON object. Listed points go into `points`, what is wrong with single ones into `faults`, and what JSON has no
 /// word for into `fault`.
-struct Object<'a> {
-    points: &'a mut Vec<[f64; 2]>,
+struct Object<'a, P> {
+    points: &'a mut Vec<P>,
     faults: &'a mut Faults,
     fault: &'a mut Option<Fault>,
 }
 
-impl<'de> DeserializeSeed<'de> for Object<'_> {
+impl<'de, P: JsonPoint> DeserializeSeed<'de> for Object<'_, P> {
     type Value = Members;
 
     fn deserialize<D: Deserializer<'de>>(self, source: D) -> Result<Members, D::Error> {
@@ -233,7 +277,7 @@ impl<'de> DeserializeSeed<'de> for Object<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Object<'_> {
+impl<'de, P: JsonPoint> Visitor<'de> for Object<'_, P> {
     type Value = Members;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -243,7 +287,7 @@ impl<'de> Visitor<'de> for Object<'_> {
     fn visit_map<A: MapAccess<'de>>(mut self, mut source: A) -> Result<Members, A::Error> {
         let mut members = Members::default();
         while let Some(Name(name)) = source.next_key()? {
-            match name {
+            match name.filter(|&member| member != Member::Z || P::MAY_HAVE_Z) {
                 None => drop(source.next_value::<IgnoredAny>()?),
                 Some(member) if members.has(member) => {
                     let fault = Fault::of_member(member, BadLineReason::Repeated);
@@ -256,7 +300,7 @@ impl<'de> Visitor<'de> for Object<'_> {
     }
 }
 
-impl Object<'_> {
+impl<P: JsonPoint> Object<'_, P> {
     fn value<'de, A: MapAccess<'de>>(&mut self, member: Member, source: &mut A) -> Result<Scalar, A::Error> {
         if !matches!(member, Member::Points | Member::Retract) {
             return source.next_value();
@@ -268,10 +312,10 @@ impl Object<'_> {
 
 /// The members found, by the number of the [`Member`]. The value of a list is [`Scalar::Array`].
 #[derive(Debug, Default)]
-struct Members([Option<Scalar>; Member::ALL.len()]);
+pub struct Members([Option<Scalar>; Member::ALL.len()]);
 
 impl Members {
-    fn has(&self, member: Member) -> bool {
+    pub(super) fn has(&self, member: Member) -> bool {
         self.0[member as usize].is_some()
     }
 
@@ -280,7 +324,7 @@ impl Members {
     }
 
     /// Decides which form the object has, and reads it as that.
-    fn assemble(mut self, wants_times: bool, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
+    fn assemble<P: JsonPoint>(mut self, wants_times: bool, points: &mut Vec<P>) -> Result<Parsed, Fault> {
         match self.form()? {
             Member::Points => Ok(Parsed::Points { time: self.event_time(wants_times)? }),
             Member::Retract => Ok(Parsed::Retract),
@@ -291,10 +335,9 @@ impl Members {
 
     /// The member that stands for the form; for a single point, either coordinate.
     fn form(&self) -> Result<Member, Fault> {
-        let coordinate = if self.has(Member::X) { Member::X } else { Member::Y };
-        let mut forms = [coordinate, Member::Points, Member::Retract, Member::Commit]
-            .into_iter()
-            .filter(|&member| self.has(member));
+        let coordinate = [Member::X, Member::Y, Member::Z].into_iter().find(|&member| self.has(member));
+        let others = [Member::Points, Member::Retract, Member::Commit];
+        let mut forms = coordinate.into_iter().chain(others.into_iter().filter(|&member| self.has(member)));
         match (forms.next(), forms.next()) {
             (Some(form), None) => Ok(form),
             (Some(other), Some(form)) => Err(Fault::of_member(form, BadLineReason::Conflict { other })),
@@ -302,14 +345,13 @@ impl Members {
         }
     }
 
-    fn point(mut self, wants_times: bool, points: &mut Vec<[f64; 2]>) -> Result<Parsed, Fault> {
-        let x = self.coordinate(Member::X)?;
-        let y = self.coordinate(Member::Y)?;
-        points.push([x, y]);
+    fn point<P: JsonPoint>(mut self, wants_times: bool, points: &mut Vec<P>) -> Result<Parsed, Fault> {
+        points.push(P::of_members(&mut self)?);
         Ok(Parsed::Points { time: self.event_time(wants_times)? })
     }
 
-    fn coordinate(&mut self, member: Member) -> Result<f64, Fault> {
+    /// The value of a coordinate, which must be there.
+    pub(super) fn coordinate(&mut self, member: Member) -> Result<f64, Fault> {
         match self.take(member) {
             Some(value) => coordinate(value, member),
             None => Err(Fault::of_member(member, BadLineReason::MissingMember)),

@@ -18,7 +18,7 @@ use super::jsonl::{self, Faults};
 use super::lines::{BYTE_ORDER_MARK, Line, Lines};
 use super::record::{Parsed, Record};
 use super::separator::without_comment;
-use super::text::{Choice, Table, UnknownName};
+use super::text::{Choice, Table, TableColumns, UnknownName};
 
 /// What a reader does not exceed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,27 +36,27 @@ impl Default for Limits {
 
 /// Reads a point stream line by line.
 #[derive(Debug)]
-pub struct Reader<R> {
+pub struct Reader<R, C: TableColumns = Columns> {
     lines: Lines<R>,
-    content: Content,
+    content: Content<C>,
     /// The points of the present line.
-    points: Vec<[f64; 2]>,
+    points: Vec<C::Point>,
     /// The present line, while one before it is reported that only this one has shown to be bad.
     held: Option<Parsed>,
 }
 
 /// What the lines hold.
 #[derive(Debug)]
-enum Content {
-    Table(Box<Table>),
+enum Content<C: TableColumns> {
+    Table(Box<Table<C>>),
     Json { wants_times: bool, faults: Faults },
-    Foreign(Box<Foreign>),
+    Foreign(Box<Foreign<C>>),
 }
 
-impl<R: Read> Reader<R> {
+impl<R: Read, C: TableColumns> Reader<R, C> {
     /// Reads `source` as `format`. Only a table has `columns`; of them JSON lines take
     /// whether event times are wanted.
-    pub fn new(source: R, format: Format, columns: Columns, limits: Limits) -> Self {
+    pub fn new(source: R, format: Format, columns: C, limits: Limits) -> Self {
         let content = match format {
             Format::Text => Content::Table(Box::new(Table::new(columns))),
             Format::JsonLines => Content::Json { wants_times: columns.wants_times(), faults: Faults::default() },
@@ -74,7 +74,7 @@ impl<R: Read> Reader<R> {
     ///
     /// The source fails, or a chosen column is not in the header of the table. After a failure of
     /// the source nothing is lost, and the reader may be asked again.
-    pub fn next_record(&mut self) -> Result<Option<Record<'_>>, ReadError> {
+    pub fn next_record(&mut self) -> Result<Option<Record<'_, C::Point>>, ReadError> {
         // Nearly all lines are points, and pay nothing for those that are not.
         if self.content.has_fault() {
             let number = self.lines.number();
@@ -89,6 +89,14 @@ impl<R: Read> Reader<R> {
             return Ok(self.content.take_rejected().map(Record::Bad));
         }
         Ok(parsed.map(|parsed| parsed.into_record(self.lines.number(), &self.points)))
+    }
+
+    /// Whether what comes next is said of single points of the line, or of the element, of the last record.
+    pub fn has_fault(&self) -> bool {
+        match &self.content {
+            Content::Foreign(foreign) => foreign.has_fault(),
+            content => content.has_fault(),
+        }
     }
 
     /// Whether the next record is at hand, so that asking for it would not wait for the source.
@@ -107,6 +115,12 @@ impl<R: Read> Reader<R> {
             Content::Foreign(foreign) => foreign.number(),
             Content::Table(_) | Content::Json { .. } => self.lines.number(),
         }
+    }
+
+    /// Where a coordinate of the last record stands, counted from 0: in a table, in which column.
+    pub fn field(&self, coordinate: usize) -> Field {
+        let column = if let Content::Table(table) = &self.content { table.column(coordinate) } else { None };
+        column.map_or(Field::Coordinate(coordinate + 1), |column| Field::Column(column + 1))
     }
 
     /// What [`Reader::line`] counts.
@@ -177,7 +191,7 @@ impl<R: Read> Reader<R> {
     }
 }
 
-impl Content {
+impl<C: TableColumns> Content<C> {
     /// The source has ended.
     fn finish(&mut self) {
         if let Self::Table(table) = self {
@@ -206,7 +220,7 @@ impl Content {
     }
 
     /// Only the end of the line is trimmed, so that places in it remain what they are.
-    fn parse(&mut self, line: &[u8], number: u64, points: &mut Vec<[f64; 2]>) -> Result<Parsed, UnknownName> {
+    fn parse(&mut self, line: &[u8], number: u64, points: &mut Vec<C::Point>) -> Result<Parsed, UnknownName> {
         let line = line.trim_ascii_end();
         match (line.trim_ascii_start().first(), self) {
             (None, _) => Ok(Parsed::Blank),

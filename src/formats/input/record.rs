@@ -4,22 +4,38 @@
 //! Out: the [`Record`] handed to the caller.
 //! Must not know: formats, or how the line was read.
 
+use std::fmt::Debug;
+
 use super::error::{BadLine, Fault};
+
+/// What a point is made of: two coordinates in the plane, as many as there are in other spaces.
+pub trait Point: Sized + Clone + Debug {
+    /// The point with these coordinates. In the plane there are two.
+    fn collect(coordinates: impl Iterator<Item = f64>) -> Self;
+}
+
+impl Point for [f64; 2] {
+    #[inline]
+    fn collect(mut coordinates: impl Iterator<Item = f64>) -> Self {
+        // What is missing is no number, which no point has.
+        std::array::from_fn(|_| coordinates.next().unwrap_or(f64::NAN))
+    }
+}
 
 /// What one line says. Points are lent until the next record is asked for.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Record<'a> {
+pub enum Record<'a, P = [f64; 2]> {
     /// Points to add. There may be none.
     Points {
         /// Their coordinates. From a table they may be infinite or not a number.
-        points: &'a [[f64; 2]],
+        points: &'a [P],
         /// When they were seen, if the line says so.
         time: Option<f64>,
     },
     /// Points to take back.
     Retract {
         /// Their coordinates.
-        points: &'a [[f64; 2]],
+        points: &'a [P],
     },
     /// The end of a frame, asked for in so many words.
     Commit {
@@ -50,7 +66,7 @@ pub(super) enum Parsed {
 
 impl Parsed {
     /// The record of this, for the given line and the points found on it.
-    pub(super) fn into_record(self, line: u64, points: &[[f64; 2]]) -> Record<'_> {
+    pub(super) fn into_record<P>(self, line: u64, points: &[P]) -> Record<'_, P> {
         match self {
             Self::Nothing => Record::Nothing,
             Self::Points { time } => Record::Points { points, time },

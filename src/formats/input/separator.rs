@@ -82,7 +82,7 @@ impl fmt::Display for Separator {
 
 /// The fields of one line.
 #[derive(Debug, Clone)]
-pub(super) struct Fields<'a> {
+pub struct Fields<'a> {
     rest: Option<&'a str>,
     separator: Separator,
 }

@@ -2,26 +2,45 @@
 //!
 //! In: the content of one line after the other (UTF-8, not blank, without comment).
 //! Out: the point and the event time on it, or what is wrong with it.
-//! Invariants: the separator of the first good line holds for all that follow, so that no line is ever read with a
-//! guess of its own. Every line is a point, or a header, or unusable. A header stands before all points. It names x and
-//! y, or has no number in a chosen column and as many columns as the row after it, so that the next line decides.
+//! Invariants: the separator of the first good line of several fields holds for all that follow, so that no line is
+//! ever read with a guess of its own. Every line is a point, or a header, or unusable. A header stands before all
+//! points. It names x and y, or has no number in a chosen column and as many columns as the row after it, so that the
+//! next line decides.
 //! Must not know: line ends, comments.
 
-use super::columns::{Columns, Places};
+use super::columns::{Columns, Places, PointColumns};
 use super::error::{BadLine, BadLineReason, Fault, Field};
 use super::excerpt::Excerpt;
 use super::numbers;
 use super::record::Parsed;
 use super::separator::{Fields, Separator};
 
+/// How the lines of a table become points.
+pub trait TableColumns: PointColumns {
+    /// The fields of a line that are read.
+    fn fields<'a>(places: &Self::Places, line: &'a str, separator: Separator) -> impl Iterator<Item = &'a str>;
+
+    /// The numbers of a line.
+    ///
+    /// # Errors
+    /// Which field is missing or is no number.
+    fn row<'a>(places: &Self::Places, line: &'a str, separator: Separator) -> Result<Row<'a, Self::Point>, Fault>;
+
+    /// The column of a coordinate, both counted from 0.
+    fn column(places: &Self::Places, coordinate: usize) -> usize;
+
+    /// What a header has chosen, for people.
+    fn choice(places: &Self::Places, separator: Separator, header: &str) -> Choice;
+}
+
 /// What is known of a table.
 #[derive(Debug)]
-pub(super) struct Table {
-    columns: Columns,
+pub(super) struct Table<C: TableColumns> {
+    columns: C,
     /// Known from the start if the columns are chosen by number, else from the header.
-    places: Option<Places>,
+    places: Option<C::Places>,
     separator: Option<Separator>,
-    stage: Stage,
+    stage: Stage<C::Places>,
     /// Columns of the header, if there is one.
     width: Option<usize>,
     /// A line that was taken for a header, and is none.
@@ -41,41 +60,41 @@ pub struct Choice {
 }
 
 #[derive(Debug)]
-enum Stage {
+enum Stage<S> {
     /// No point, and nothing that may be a header.
     First,
     /// The line before may be a header.
-    Header(Candidate),
+    Header(Candidate<S>),
     /// There was a header, or a point.
     Rows,
 }
 
 /// A line that may be a header.
 #[derive(Debug)]
-struct Candidate {
+struct Candidate<S> {
     text: String,
     line: u64,
     /// What is wrong with it otherwise; nothing if it is a comment otherwise.
     fault: Option<Fault>,
     /// The columns that it names, and how it is cut for that.
-    named: Option<(Places, Separator)>,
+    named: Option<(S, Separator)>,
 }
 
 /// The numbers of one line.
-struct Row<'a> {
-    point: [f64; 2],
-    time: Option<f64>,
+pub struct Row<'a, P> {
+    pub(super) point: P,
+    pub(super) time: Option<f64>,
     /// The fields up to the last that was chosen.
-    seen: usize,
+    pub(super) seen: usize,
     /// Those after it.
-    rest: Fields<'a>,
+    pub(super) rest: Fields<'a>,
 }
 
 /// A column was chosen by a name that the header does not have.
 pub(super) struct UnknownName(pub(super) String);
 
-impl Table {
-    pub(super) fn new(columns: Columns) -> Self {
+impl<C: TableColumns> Table<C> {
+    pub(super) fn new(columns: C) -> Self {
         let places = columns.places();
         Self {
             columns,
@@ -90,22 +109,22 @@ impl Table {
     }
 
     /// Parses the next line. The point is put into `points`.
-    pub(super) fn parse(&mut self, line: &str, number: u64, points: &mut Vec<[f64; 2]>) -> Result<Parsed, UnknownName> {
+    pub(super) fn parse(&mut self, line: &str, number: u64, points: &mut Vec<C::Point>) -> Result<Parsed, UnknownName> {
         if self.places.is_none() {
             return self.read_header(line);
         }
         if let Stage::Header(_) = self.stage {
             self.decide(line);
         }
-        let Some(places) = self.places else { return Ok(Parsed::Nothing) };
-        let read = self.row(places, line);
+        let Some(places) = &self.places else { return Ok(Parsed::Nothing) };
+        let read = read_row::<C>(places, &mut self.separator, self.width, line);
         Ok(match (read, &self.stage) {
             (Ok(row), _) => {
                 self.stage = Stage::Rows;
                 points.push(row.point);
                 Parsed::Points { time: row.time }
             }
-            (Err(fault), Stage::First) => self.first_fault(line, number, places, fault),
+            (Err(fault), Stage::First) => self.first_fault(line, number, fault),
             (Err(fault), _) => Parsed::Bad(fault),
         })
     }
@@ -126,11 +145,12 @@ impl Table {
     /// Whether a line that begins like a comment is a row: its mark is part of a value, and each chosen column has a
     /// number.
     pub(super) fn is_row(&self, line: &str) -> bool {
-        let fits = |places, separator| row(places, line, separator).is_ok();
+        let fits = |places, separator| C::row(places, line, separator).is_ok();
         // The header that stands before it may have chosen others.
-        let named = if let Stage::Header(Candidate { named, .. }) = &self.stage { *named } else { None };
-        match (named, self.places, self.separator) {
-            (Some((places, separator)), ..) | (None, Some(places), Some(separator)) => fits(places, separator),
+        let named = if let Stage::Header(Candidate { named, .. }) = &self.stage { named.as_ref() } else { None };
+        match (named, &self.places, self.separator) {
+            (Some((places, separator)), ..) => fits(places, *separator),
+            (None, Some(places), Some(separator)) => fits(places, separator),
             (None, Some(places), None) => Separator::candidates(line).any(|separator| fits(places, separator)),
             (None, None, _) => false,
         }
@@ -138,8 +158,8 @@ impl Table {
 
     /// The first comment that would be a row without its mark is told, as somebody may have meant it for one.
     fn tell_of_row(&mut self, text: &str, number: u64) {
-        let Some(places) = self.places.filter(|_| !self.has_told_of_row) else { return };
-        if Separator::candidates(text).any(|separator| row(places, text, separator).is_ok()) {
+        let Some(places) = self.places.as_ref().filter(|_| !self.has_told_of_row) else { return };
+        if Separator::candidates(text).any(|separator| C::row(places, text, separator).is_ok()) {
             self.has_told_of_row = true;
             let shown = Excerpt::of(format!("#{text}").as_bytes());
             let text = format!(
@@ -160,6 +180,11 @@ impl Table {
         }
     }
 
+    /// The column of a coordinate, both counted from 0, once it is known.
+    pub(super) fn column(&self, coordinate: usize) -> Option<usize> {
+        Some(C::column(self.places.as_ref()?, coordinate))
+    }
+
     pub(super) fn has_rejected(&self) -> bool {
         self.rejected.is_some()
     }
@@ -175,9 +200,10 @@ impl Table {
     }
 
     /// A line that is no row, before all rows: a header, if the next line says so.
-    fn first_fault(&mut self, line: &str, number: u64, places: Places, fault: Fault) -> Parsed {
+    fn first_fault(&mut self, line: &str, number: u64, fault: Fault) -> Parsed {
         let named = self.named_in(line);
-        if named.is_none() && !is_header(places, line) {
+        let may_be_header = || self.places.as_ref().is_some_and(|places| is_header::<C>(places, line));
+        if named.is_none() && !may_be_header() {
             return Parsed::Bad(fault);
         }
         self.stage = Stage::Header(Candidate { text: line.to_owned(), line: number, fault: Some(fault), named });
@@ -187,31 +213,32 @@ impl Table {
     /// Decides by the line after it whether a line is the header.
     fn decide(&mut self, next: &str) {
         let Stage::Header(candidate) = std::mem::replace(&mut self.stage, Stage::First) else { return };
-        let Some(places) = self.places else { return };
+        let Some(places) = &self.places else { return };
+        let fits = |separator| C::row(places, next, separator).is_ok();
         let separator = match candidate.named {
             Some((_, separator)) => separator,
-            None => self.separator.unwrap_or_else(|| Separator::fitting(next, |cut| row(places, next, cut).is_ok())),
+            None => self.separator.unwrap_or_else(|| Separator::fitting(next, fits)),
         };
         let is_as_wide = || are_as_wide(separator, &candidate.text, next);
-        let is_header = match (candidate.named, &candidate.fault) {
+        let is_header = match (&candidate.named, &candidate.fault) {
             // What names x and y is a header, and rows of another width are not what it says.
             (Some(_), Some(_)) => true,
             (Some(_), None) => is_as_wide(),
-            (None, _) => row(places, next, separator).is_ok() && is_as_wide(),
+            (None, _) => fits(separator) && is_as_wide(),
         };
         if !is_header {
             self.rejected = candidate.fault.map(|fault| fault.on_line(candidate.line));
             return;
         }
         if let Some((places, separator)) = candidate.named {
+            self.choice = Some(C::choice(&places, separator, &candidate.text));
             (self.places, self.separator) = (Some(places), Some(separator));
-            self.choice = Some(choice(places, separator, &candidate.text));
         }
         (self.stage, self.width) = (Stage::Rows, Some(separator.split(&candidate.text).count()));
     }
 
     /// The columns that a header names, if nobody has chosen others.
-    fn named_in(&self, header: &str) -> Option<(Places, Separator)> {
+    fn named_in(&self, header: &str) -> Option<(C::Places, Separator)> {
         let cuts = Separator::candidates(header);
         cuts.filter_map(|cut| Some((self.columns.named_in(cut.split(header))?, cut))).next()
     }
@@ -225,32 +252,44 @@ impl Table {
         (self.stage, self.width) = (Stage::Rows, Some(separator.split(line).count()));
         Ok(Parsed::Nothing)
     }
+}
 
-    #[inline]
-    fn row<'a>(&mut self, places: Places, line: &'a str) -> Result<Row<'a>, Fault> {
-        let row = match self.separator {
-            Some(separator) => row(places, line, separator),
-            None => self.first_row(places, line),
-        }?;
-        match self.width {
-            Some(width) => check_width(row, width),
-            None => Ok(row),
-        }
-    }
-
-    /// Reads a line before the separator is known, which it is from then on if the line is good.
-    #[cold]
-    fn first_row<'a>(&mut self, places: Places, line: &'a str) -> Result<Row<'a>, Fault> {
-        let fits = |separator| row(places, line, separator).is_ok();
-        let separator = Separator::fitting(line, fits);
-        let row = row(places, line, separator)?;
-        self.separator = Some(separator);
-        Ok(row)
+/// Reads a line, and checks it against the header.
+#[inline]
+fn read_row<'a, C: TableColumns>(
+    places: &C::Places,
+    separator: &mut Option<Separator>,
+    header: Option<usize>,
+    line: &'a str,
+) -> Result<Row<'a, C::Point>, Fault> {
+    let row = match *separator {
+        Some(separator) => C::row(places, line, separator),
+        None => first_row::<C>(places, separator, line),
+    }?;
+    match header {
+        Some(width) => check_width(row, width),
+        None => Ok(row),
     }
 }
 
+/// Reads a line before the separator is known, which it is from then on if the line is good and has several fields.
+#[cold]
+fn first_row<'a, C: TableColumns>(
+    places: &C::Places,
+    separator: &mut Option<Separator>,
+    line: &'a str,
+) -> Result<Row<'a, C::Point>, Fault> {
+    let fitting = Separator::fitting(line, |separator| C::row(places, line, separator).is_ok());
+    let row = C::row(places, line, fitting)?;
+    // A line of one field says nothing of what would stand between two.
+    if fitting.split(line).nth(1).is_some() {
+        *separator = Some(fitting);
+    }
+    Ok(row)
+}
+
 /// A row with more columns than its header is not what the header says. Empty ones at its end say nothing.
-fn check_width(row: Row<'_>, header: usize) -> Result<Row<'_>, Fault> {
+fn check_width<P>(row: Row<'_, P>, header: usize) -> Result<Row<'_, P>, Fault> {
     let beyond = row.rest.clone().skip(header.saturating_sub(row.seen));
     if row.seen <= header && beyond.clone().all(str::is_empty) {
         return Ok(row);
@@ -264,17 +303,6 @@ fn are_as_wide(separator: Separator, header: &str, next: &str) -> bool {
     let count = |line| separator.split(line).count();
     let last = |line| separator.split(line).zip(1..).filter(|(field, _)| !field.is_empty()).map(|(_, at)| at).last();
     count(header) == count(next) || last(header) == last(next)
-}
-
-/// What a header has chosen.
-fn choice(places: Places, separator: Separator, header: &str) -> Choice {
-    let name = |place| separator.split(header).nth(place).unwrap_or_default();
-    let shown = |place| Excerpt::of(name(place).as_bytes());
-    let time = places.time.map(|place| format!(", t is column {} {}", place + 1, shown(place))).unwrap_or_default();
-    let (x, y) = (shown(places.x), shown(places.y));
-    let text =
-        format!("the header names columns: x is column {} {x}, y is column {} {y}{time}", places.x + 1, places.y + 1);
-    Choice { text, names: [places.x, places.y].map(|place| name(place).to_owned()).to_vec() }
 }
 
 fn place_of(name: &str, header: &str, separator: Separator) -> Option<usize> {
@@ -317,33 +345,63 @@ impl<'a> Chosen<'a> {
         Self { x, y, time, seen, rest }
     }
 
-    fn all(&self) -> impl Iterator<Item = &'a str> {
+    fn all(self) -> impl Iterator<Item = &'a str> {
         [self.x, self.y, self.time].into_iter().flatten()
     }
 }
 
+impl TableColumns for Columns {
+    fn fields<'a>(places: &Places, line: &'a str, separator: Separator) -> impl Iterator<Item = &'a str> {
+        Chosen::of(*places, line, separator).all()
+    }
+
+    #[inline]
+    fn row<'a>(places: &Places, line: &'a str, separator: Separator) -> Result<Row<'a, [f64; 2]>, Fault> {
+        let chosen = Chosen::of(*places, line, separator);
+        let missing = || BadLineReason::MissingColumn { columns: chosen.seen, separator };
+        let coordinate = |field, place| value_at(place, field, separator, numbers::number, missing);
+        let point = [coordinate(chosen.x, places.x)?, coordinate(chosen.y, places.y)?];
+        let time = |place| value_at(place, chosen.time, separator, numbers::time, missing);
+        let time = places.time.map(time).transpose()?;
+        Ok(Row { point, time, seen: chosen.seen, rest: chosen.rest })
+    }
+
+    fn column(places: &Places, coordinate: usize) -> usize {
+        if coordinate == 0 { places.x } else { places.y }
+    }
+
+    fn choice(places: &Places, separator: Separator, header: &str) -> Choice {
+        let name = |place| separator.split(header).nth(place).unwrap_or_default();
+        let shown = |place| Excerpt::of(name(place).as_bytes());
+        let time = places.time.map(|place| format!(", t is column {} {}", place + 1, shown(place))).unwrap_or_default();
+        let told =
+            Self::told([places.x, places.y].map(|place| format!("column {} {}", place + 1, shown(place))).into_iter());
+        let text = format!("the header names columns: {told}{time}");
+        Choice { text, names: [places.x, places.y].map(|place| name(place).to_owned()).to_vec() }
+    }
+}
+
+/// The value of a field, or what is wrong with it and at which place.
 #[inline]
-fn row(places: Places, line: &str, separator: Separator) -> Result<Row<'_>, Fault> {
-    let chosen = Chosen::of(places, line, separator);
-    let fault = |place: usize, reason| Fault::at(Field::Column(place + 1), reason);
-    let missing = |place| fault(place, BadLineReason::MissingColumn { columns: chosen.seen, separator });
-    let coordinate = |field: Option<&str>, place| {
-        numbers::number(field.ok_or_else(|| missing(place))?, separator).map_err(|reason| fault(place, reason))
-    };
-    let point = [coordinate(chosen.x, places.x)?, coordinate(chosen.y, places.y)?];
-    let time = |place| {
-        numbers::time(chosen.time.ok_or_else(|| missing(place))?, separator).map_err(|reason| fault(place, reason))
-    };
-    let time = places.time.map(time).transpose()?;
-    Ok(Row { point, time, seen: chosen.seen, rest: chosen.rest })
+pub(super) fn value_at(
+    place: usize,
+    field: Option<&str>,
+    separator: Separator,
+    value: impl Fn(&str, Separator) -> Result<f64, BadLineReason>,
+    missing: impl Fn() -> BadLineReason,
+) -> Result<f64, Fault> {
+    let field = field.ok_or_else(&missing);
+    field.and_then(|field| value(field, separator)).map_err(|reason| Fault::at(Field::Column(place + 1), reason))
 }
 
 /// Whether a line that is not a row may be a header: cut as is likeliest it has something in a
 /// chosen column, and however it is cut none of the chosen columns is a number. No name opens a bracket.
-fn is_header(places: Places, line: &str) -> bool {
-    let mut cuts = Separator::candidates(line).map(|separator| Chosen::of(places, line, separator)).peekable();
-    let named = |chosen: &Chosen<'_>| {
-        chosen.all().any(|field| !field.is_empty()) && !chosen.all().any(|field| field.starts_with(['{', '[']))
+fn is_header<C: TableColumns>(places: &C::Places, line: &str) -> bool {
+    let fields = |separator| C::fields(places, line, separator);
+    let mut cuts = Separator::candidates(line).peekable();
+    let named = |&separator: &Separator| {
+        fields(separator).any(|field| !field.is_empty())
+            && !fields(separator).any(|field| field.starts_with(['{', '[']))
     };
-    cuts.peek().is_some_and(named) && !cuts.any(|chosen| chosen.all().any(numbers::looks_numeric))
+    cuts.peek().is_some_and(named) && !cuts.any(|separator| fields(separator).any(numbers::looks_numeric))
 }

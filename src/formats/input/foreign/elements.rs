@@ -9,7 +9,7 @@
 use super::parts::found::{Found, Queue, counted};
 use crate::formats::input::error::{BadLineReason, Fault};
 use crate::formats::input::excerpt::Excerpt;
-use crate::formats::input::jsonl::{self, Faults};
+use crate::formats::input::jsonl::{self, Faults, JsonPoint};
 use crate::formats::input::record::Parsed;
 
 /// Finds elements.
@@ -58,7 +58,7 @@ impl Elements {
         Self { place, text, is_too_long: false, limit, wants_times, bytes: 0, strange: 0 }
     }
 
-    pub(super) fn push(&mut self, bytes: &[u8], found: &mut Queue) {
+    pub(super) fn push<P: JsonPoint>(&mut self, bytes: &[u8], found: &mut Queue<P>) {
         for &byte in bytes {
             self.byte(byte, found);
             self.bytes += 1;
@@ -66,7 +66,7 @@ impl Elements {
     }
 
     /// What is missing at the end.
-    pub(super) fn finish(&mut self, found: &mut Queue) -> Option<String> {
+    pub(super) fn finish<P: JsonPoint>(&mut self, found: &mut Queue<P>) -> Option<String> {
         self.report_strange(found);
         match self.place {
             Place::Outside => None,
@@ -75,7 +75,7 @@ impl Elements {
         }
     }
 
-    fn byte(&mut self, byte: u8, found: &mut Queue) {
+    fn byte<P: JsonPoint>(&mut self, byte: u8, found: &mut Queue<P>) {
         if let Place::Within(within) = self.place {
             return self.within(within, byte, found);
         }
@@ -113,14 +113,14 @@ impl Elements {
         Place::Within(Within { depth, is_in_string: false, is_escaped: false, is_listed })
     }
 
-    fn start(&mut self, byte: u8, is_listed: bool, found: &mut Queue) {
+    fn start<P: JsonPoint>(&mut self, byte: u8, is_listed: bool, found: &mut Queue<P>) {
         self.text.clear();
         self.is_too_long = false;
         let within = Within { depth: 0, is_in_string: false, is_escaped: false, is_listed };
         self.within(within, byte, found);
     }
 
-    fn within(&mut self, mut within: Within, byte: u8, found: &mut Queue) {
+    fn within<P: JsonPoint>(&mut self, mut within: Within, byte: u8, found: &mut Queue<P>) {
         if within.is_in_string {
             within.is_in_string = byte != b'"' || within.is_escaped;
             within.is_escaped = byte == b'\\' && !within.is_escaped;
@@ -158,12 +158,12 @@ impl Elements {
         }
     }
 
-    fn end(&mut self, within: Within, found: &mut Queue) {
+    fn end<P: JsonPoint>(&mut self, within: Within, found: &mut Queue<P>) {
         self.place = if within.is_listed { Place::After } else { Place::Outside };
         self.element(found);
     }
 
-    fn element(&self, found: &mut Queue) {
+    fn element<P: JsonPoint>(&self, found: &mut Queue<P>) {
         if self.is_too_long {
             found.push_back(Found::Bad(format!("longer than {} bytes: split it", self.limit)));
             return;
@@ -184,11 +184,11 @@ impl Elements {
         }
     }
 
-    fn missed(&self, reason: &str, found: &mut Queue) {
+    fn missed<P: JsonPoint>(&self, reason: &str, found: &mut Queue<P>) {
         found.push_back(Found::Missed(format!("byte {}: {reason}", self.bytes + 1)));
     }
 
-    fn report_strange(&mut self, found: &mut Queue) {
+    fn report_strange<P: JsonPoint>(&mut self, found: &mut Queue<P>) {
         let strange = std::mem::take(&mut self.strange);
         if strange > 0 {
             let bytes = counted(strange, "byte");

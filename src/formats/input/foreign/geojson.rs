@@ -15,6 +15,7 @@ use json_event_parser::{JsonEvent, LowLevelJsonParser, LowLevelJsonParserResult}
 use super::parts::found::{Found, Queue, printable};
 use super::parts::literals::{Literals, is_replaced};
 use crate::formats::input::excerpt::Excerpt;
+use crate::formats::input::record::Point;
 
 /// The deepest nesting.
 const DEEPEST: usize = 1 << 10;
@@ -55,7 +56,7 @@ impl GeoJson {
         }
     }
 
-    pub(super) fn push(&mut self, bytes: &[u8], found: &mut Queue) {
+    pub(super) fn push<P: Point>(&mut self, bytes: &[u8], found: &mut Queue<P>) {
         if self.is_lost {
             return;
         }
@@ -67,7 +68,7 @@ impl GeoJson {
         }
     }
 
-    pub(super) fn finish(&mut self, found: &mut Queue) {
+    pub(super) fn finish<P: Point>(&mut self, found: &mut Queue<P>) {
         if !self.is_lost {
             self.settled = self.pending.len();
             self.parse(true, found);
@@ -87,7 +88,7 @@ impl GeoJson {
         self.walk.system.is_none()
     }
 
-    fn parse(&mut self, is_ending: bool, found: &mut Queue) {
+    fn parse<P: Point>(&mut self, is_ending: bool, found: &mut Queue<P>) {
         let mut at = 0;
         loop {
             if !self.walk.is_inside() {
@@ -121,7 +122,7 @@ impl GeoJson {
         self.settled -= at;
     }
 
-    fn lose(&mut self, reason: &str, found: &mut Queue) {
+    fn lose<P: Point>(&mut self, reason: &str, found: &mut Queue<P>) {
         self.is_lost = true;
         self.pending = Vec::new();
         let reason = printable(reason);
@@ -190,7 +191,7 @@ impl Walk {
         self.skipped > 0 || !self.levels.is_empty()
     }
 
-    fn take(&mut self, event: &JsonEvent<'_>, found: &mut Queue) -> Result<(), String> {
+    fn take<P: Point>(&mut self, event: &JsonEvent<'_>, found: &mut Queue<P>) -> Result<(), String> {
         match event {
             JsonEvent::StartObject => self.open_object(),
             JsonEvent::StartArray => self.open_array(),
@@ -252,7 +253,7 @@ impl Walk {
         }
     }
 
-    fn close(&mut self, found: &mut Queue) {
+    fn close<P: Point>(&mut self, found: &mut Queue<P>) {
         if self.skipped > 0 {
             self.skipped -= 1;
         } else if let Some(Level::Coordinates(inner)) = self.levels.pop() {
@@ -270,7 +271,7 @@ impl Walk {
     }
 
     /// A number, or what stands in its place.
-    fn scalar(&mut self, value: Result<f64, String>, found: &mut Queue) -> Result<(), String> {
+    fn scalar<P: Point>(&mut self, value: Result<f64, String>, found: &mut Queue<P>) -> Result<(), String> {
         if self.skipped > 0 {
             return Ok(());
         }
@@ -317,7 +318,7 @@ impl Coordinates {
     }
 
     /// The array has ended, in a ring or not.
-    fn end(mut self, ring: Option<&mut Self>, found: &mut Queue) {
+    fn end<P: Point>(mut self, ring: Option<&mut Self>, found: &mut Queue<P>) {
         if let Some(fault) = self.fault.take() {
             found.push_back(Found::Bad(fault));
         } else if self.length > 0 && (self.length == 1 || self.has_arrays) {
@@ -325,21 +326,21 @@ impl Coordinates {
         } else if self.length > 0 {
             match ring {
                 Some(ring) => ring.position(self.point, found),
-                None => found.push_back(Found::Point(self.point, None)),
+                None => found.push_back(Found::position(self.point)),
             }
         } else if let Some(last) = self.held.filter(|last| self.first != Some(*last)) {
-            found.push_back(Found::Point(last, None));
+            found.push_back(Found::position(last));
         }
     }
 
     /// The next position of a ring or a line. The last one may be the first again.
-    fn position(&mut self, point: [f64; 2], found: &mut Queue) {
+    fn position<P: Point>(&mut self, point: [f64; 2], found: &mut Queue<P>) {
         match self.first {
             None => {
                 self.first = Some(point);
-                found.push_back(Found::Point(point, None));
+                found.push_back(Found::position(point));
             }
-            Some(_) => found.extend(self.held.replace(point).map(|before| Found::Point(before, None))),
+            Some(_) => found.extend(self.held.replace(point).map(Found::position)),
         }
     }
 }

@@ -32,7 +32,7 @@ use self::npy::Npy;
 use self::parts::found::{Found, Queue};
 use self::pcd::Pcd;
 use self::ply::Ply;
-use super::columns::Columns;
+use super::columns::PointColumns;
 use super::decoding::Damage;
 use super::lines::Lines;
 use super::record::Parsed;
@@ -55,9 +55,9 @@ pub enum Readable {
 
 /// Reads a foreign file.
 #[derive(Debug)]
-pub(super) struct Foreign {
-    machine: Machine,
-    queue: Queue,
+pub(super) struct Foreign<C: PointColumns> {
+    machine: Machine<C>,
+    queue: Queue<C::Point>,
     /// The number of the last point or element, counted from 1.
     number: u64,
     has_choice: bool,
@@ -66,17 +66,17 @@ pub(super) struct Foreign {
 
 /// What finds points in bytes.
 #[derive(Debug)]
-enum Machine {
-    Npy(Box<Npy>),
-    Ply(Box<Ply>),
-    Pcd(Box<Pcd>),
+enum Machine<C> {
+    Npy(Box<Npy<C>>),
+    Ply(Box<Ply<C>>),
+    Pcd(Box<Pcd<C>>),
     GeoJson(Box<GeoJson>),
     Elements(Box<Elements>),
 }
 
-impl Foreign {
+impl<C: PointColumns> Foreign<C> {
     /// Reads a format. No line, element or single value has more bytes than the limit.
-    pub(super) fn new(format: Readable, columns: Columns, limit: usize) -> Self {
+    pub(super) fn new(format: Readable, columns: C, limit: usize) -> Self {
         let machine = match format {
             Readable::Npy => Machine::Npy(Box::new(Npy::new(columns))),
             Readable::Ply => Machine::Ply(Box::new(Ply::new(columns, limit))),
@@ -91,7 +91,7 @@ impl Foreign {
     pub(super) fn next<R: Read>(
         &mut self,
         source: &mut Lines<R>,
-        points: &mut Vec<[f64; 2]>,
+        points: &mut Vec<C::Point>,
     ) -> Result<Option<Parsed>, ForeignError> {
         loop {
             if let Some(found) = self.queue.pop_front() {
@@ -102,6 +102,11 @@ impl Foreign {
             }
             self.read(source)?;
         }
+    }
+
+    /// Whether what comes next is said of a point of the element before.
+    pub(super) fn has_fault(&self) -> bool {
+        matches!(self.queue.front(), Some(Found::Part(_)))
     }
 
     /// Whether something was found that was not handed out.
@@ -181,7 +186,7 @@ impl Foreign {
         Ok(())
     }
 
-    fn parsed(&mut self, found: Found, points: &mut Vec<[f64; 2]>) -> Parsed {
+    fn parsed(&mut self, found: Found<C::Point>, points: &mut Vec<C::Point>) -> Parsed {
         self.number += u64::from(!matches!(found, Found::Missed(_) | Found::Part(_)));
         match found {
             Found::Point(point, time) => {

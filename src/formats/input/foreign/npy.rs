@@ -15,12 +15,11 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::error::ForeignError;
-use super::parts::found::{Queue, counted, listed, printable};
+use super::parts::found::{Queue, counted, listed, printable, told_of_fields};
 use super::parts::number::Number;
-use super::parts::rows::{Cell, Cells, LONGEST_ROW, Role, Rows, Stripe, Stripes};
+use super::parts::rows::{Cell, Cells, LONGEST_ROW, Rows, Stripe, Stripes};
 use super::parts::tail::Tail;
-use crate::formats::input::columns::{Columns, Places};
-use crate::formats::input::excerpt::Excerpt;
+use crate::formats::input::columns::{FieldPlaces, PointColumns};
 
 const FORMAT: &str = "an NPY array";
 
@@ -30,10 +29,13 @@ const START: usize = 8;
 /// The longest header, in bytes.
 const LONGEST_HEADER: usize = 1 << 20;
 
+/// The most columns of an array that is read column by column.
+const MOST_STRIPES: usize = 1 << 16;
+
 /// Reads an array.
 #[derive(Debug)]
-pub(super) struct Npy {
-    columns: Columns,
+pub(super) struct Npy<C> {
+    columns: C,
     stage: Stage,
     pub(super) choice: Option<String>,
     tail: Tail,
@@ -55,12 +57,12 @@ struct Header {
     shape: Vec<u64>,
 }
 
-impl Npy {
-    pub(super) fn new(columns: Columns) -> Self {
+impl<C: PointColumns> Npy<C> {
+    pub(super) fn new(columns: C) -> Self {
         Self { columns, stage: Stage::Header(Vec::new()), choice: None, tail: Tail::default() }
     }
 
-    pub(super) fn push(&mut self, mut bytes: &[u8], found: &mut Queue) -> Result<(), ForeignError> {
+    pub(super) fn push(&mut self, mut bytes: &[u8], found: &mut Queue<C::Point>) -> Result<(), ForeignError> {
         self.tail.add(bytes.len());
         if let Stage::Header(header) = &mut self.stage {
             let Some(text) = take_header(header, &mut bytes)? else { return Ok(()) };
@@ -96,36 +98,25 @@ impl Npy {
 
     fn begin_table(&mut self, descr: &str, header: &Header) -> Result<Stage, ForeignError> {
         let shape = shape(&header.shape);
-        let [rows, columns] = header.shape[..] else {
-            return Err(content(format!("its shape is {shape}, and points are rows: save a.reshape(-1, 2)")));
-        };
-        if columns < 2 {
-            return Err(content(format!(
-                "its shape is {shape}, and a point has two columns: numpy.column_stack((x, y))"
-            )));
-        }
-        if rows <= 3 && columns > 3 {
-            return Err(content(format!("its shape is {shape}, and points are rows: save a.T")));
-        }
+        let places = self.columns.in_array(&header.shape);
+        let places = places.map_err(|reason| content(format!("its shape is {shape}, and {reason}")))?;
+        let (rows, columns) = (header.shape.first().copied().unwrap_or(0), header.shape.get(1).copied().unwrap_or(1));
         let cell = cell(descr, 0).ok_or_else(|| unsupported(descr))?;
         let size = cell.number.size();
-        let Ok(places) = self.columns.find(|_| None) else {
-            return Err(content("its columns have no names: choose them by number, --columns 1,2"));
-        };
-        let last = places.x.max(places.y).max(places.time.unwrap_or(0));
+        let last = places.all().max().unwrap_or(0);
         if last as u64 >= columns {
             return Err(content(format!("its shape is {shape}, and there is no column {}: choose others", last + 1)));
         }
-        let rest = if columns > 2 { "; the others are not read" } else { "" };
-        let (x, y) = (places.x + 1, places.y + 1);
-        self.choice = Some(format!("an NPY array of shape {shape}: x is column {x}, y is column {y}{rest}"));
+        let rest = if columns > places.coordinates.len() as u64 { "; the others are not read" } else { "" };
+        let told = C::told(places.coordinates.iter().map(|place| format!("column {}", place + 1)));
+        self.choice = Some(format!("an NPY array of shape {shape}: {told}{rest}"));
         if header.fortran_order {
-            return stripes(cell, places, columns, rows);
+            return stripes(cell, &places, columns, rows);
         }
         let row = row_length(columns.checked_mul(size as u64))?;
         let at = |place: usize| Cell { offset: place * size, ..cell };
-        let cells = Cells { x: at(places.x), y: at(places.y), time: places.time.map(at) };
-        Ok(Stage::Rows(Rows::new(cells, row, rows)))
+        let cells = Cells::of(&places, |place| Some(at(place)));
+        Ok(Stage::Rows(Rows::new(cells.unwrap_or_default(), row, rows)))
     }
 
     /// The records of a structured array are points whatever its shape.
@@ -140,10 +131,8 @@ impl Npy {
         let names = || named.iter().map(|(name, _)| *name);
         let none = || content(format!("its fields are {}, without x and y: choose with --columns", listed(names())));
         let places = self.columns.among(names()).ok_or_else(none)?;
-        let cell = |place: usize| named.get(place).and_then(|(_, cell)| *cell).ok_or_else(none);
-        let cells = Cells { x: cell(places.x)?, y: cell(places.y)?, time: places.time.map(cell).transpose()? };
-        let name = |place: usize| Excerpt::of(named[place].0.as_bytes());
-        self.choice = Some(format!("an NPY array: x is the field {}, y is {}", name(places.x), name(places.y)));
+        let cells = Cells::of(&places, |place| named.get(place)?.1).ok_or_else(none)?;
+        self.choice = Some(format!("an NPY array: {}", told_of_fields::<C>(&places, "field", |place| named[place].0)));
         let total = header.shape.iter().try_fold(1_u64, |product, &length| product.checked_mul(length));
         let total = total.ok_or_else(|| content(format!("its shape {} is impossible", shape(&header.shape))))?;
         Ok(Stage::Rows(Rows::new(cells, offset, total)))
@@ -264,23 +253,12 @@ fn size_of_type(descr: &Value) -> Option<usize> {
     }
 }
 
-fn stripes(cell: Cell, places: Places, columns: u64, rows: u64) -> Result<Stage, ForeignError> {
-    let role = |column: usize| match column {
-        _ if column == places.x => Some(Role::X),
-        _ if column == places.y => Some(Role::Y),
-        _ if Some(column) == places.time => Some(Role::Time),
-        _ => None,
-    };
-    let columns = row_length(Some(columns))?;
-    let stripe = |column| Stripe {
-        size: cell.number.size() as u64,
-        number: Some(cell.number),
-        is_big_endian: cell.is_big_endian,
-        role: role(column),
-    };
-    let all = (0..columns).map(stripe).collect();
+fn stripes(cell: Cell, places: &FieldPlaces, columns: u64, rows: u64) -> Result<Stage, ForeignError> {
     let large = || content("it is too large to be read column by column: save numpy.ascontiguousarray(a)");
-    Stripes::new(all, rows).map(Stage::Stripes).ok_or_else(large)
+    let columns = usize::try_from(columns).ok().filter(|&columns| columns <= MOST_STRIPES).ok_or_else(large)?;
+    let stripe =
+        Stripe { size: cell.number.size() as u64, number: Some(cell.number), is_big_endian: cell.is_big_endian };
+    Stripes::new(vec![stripe; columns], places, rows).map(Stage::Stripes).ok_or_else(large)
 }
 
 fn row_length(length: Option<u64>) -> Result<usize, ForeignError> {

@@ -9,14 +9,15 @@
 //! The crate `pcd-rs` allocates what a header claims, and panics where compressed data do not hold what it says.
 
 use super::error::ForeignError;
-use super::parts::found::{Found, Queue, listed};
+use super::parts::found::{Found, Queue, listed, told_of_fields};
 use super::parts::lzf::Lzf;
 use super::parts::number::Number;
-use super::parts::rows::{Cell, Cells, LONGEST_ROW, Role, Rows, Stripe, Stripes};
+use super::parts::rows::{Cell, Cells, LONGEST_ROW, Rows, Stripe, Stripes};
 use super::parts::tail::Tail;
 use super::parts::text_lines::{TextLine, TextLines};
-use crate::formats::input::columns::{Columns, Places};
+use crate::formats::input::columns::{FieldPlaces, PointColumns};
 use crate::formats::input::excerpt::Excerpt;
+use crate::formats::input::record::Point;
 
 const FORMAT: &str = "a PCD file";
 
@@ -26,8 +27,8 @@ const HEADER_LINES: u64 = 1 << 10;
 
 /// Reads points.
 #[derive(Debug)]
-pub(super) struct Pcd {
-    columns: Columns,
+pub(super) struct Pcd<C> {
+    columns: C,
     lines: TextLines,
     /// The longest line of data.
     limit: usize,
@@ -54,7 +55,7 @@ enum Data {
     /// Still to come.
     None,
     Text {
-        places: Places,
+        places: FieldPlaces,
         words: u64,
         total: u64,
         left: u64,
@@ -85,13 +86,13 @@ struct Field {
     word: u64,
 }
 
-impl Pcd {
-    pub(super) fn new(columns: Columns, limit: usize) -> Self {
+impl<C: PointColumns> Pcd<C> {
+    pub(super) fn new(columns: C, limit: usize) -> Self {
         let (lines, header) = (TextLines::new(HEADER_LINE), Header::default());
         Self { columns, lines, limit, header, data: Data::None, choice: None, tail: Tail::default() }
     }
 
-    pub(super) fn push(&mut self, mut bytes: &[u8], found: &mut Queue) -> Result<(), ForeignError> {
+    pub(super) fn push(&mut self, mut bytes: &[u8], found: &mut Queue<C::Point>) -> Result<(), ForeignError> {
         self.tail.add(bytes.len());
         while matches!(self.data, Data::None) {
             let line = match self.lines.take(&mut bytes) {
@@ -112,7 +113,7 @@ impl Pcd {
         Ok(())
     }
 
-    pub(super) fn finish(&mut self, found: &mut Queue) -> Result<Option<String>, ForeignError> {
+    pub(super) fn finish(&mut self, found: &mut Queue<C::Point>) -> Result<Option<String>, ForeignError> {
         if matches!(self.data, Data::Text { .. }) && self.lines.finish().is_some() {
             let (line, number) = (self.lines.last(), self.lines.number());
             self.text_line(line.as_deref(), number, found);
@@ -173,34 +174,34 @@ impl Pcd {
     fn begin(&mut self, coding: &str) -> Result<(), ForeignError> {
         let (fields, total) = self.header.fields().map_err(|reason| self.unreadable(reason))?;
         let places = self.places(&fields)?;
-        let (x, y) = (&fields[places.x], &fields[places.y]);
-        let time = places.time.map(|place| &fields[place]);
-        let cell = |field: &Field| {
-            let number = field.number?;
-            Some(Cell { offset: usize::try_from(field.offset).ok()?, number, is_big_endian: false })
+        let cell = |place: usize| {
+            let Field { number, offset, .. } = *fields.get(place)?;
+            Some(Cell { offset: usize::try_from(offset).ok()?, number: number?, is_big_endian: false })
         };
-        let cells =
-            || Some(Cells { x: cell(x)?, y: cell(y)?, time: time.map_or(Some(None), |time| cell(time).map(Some))? });
         let row: Option<u64> = fields.iter().try_fold(0_u64, |sum, field| sum.checked_add(field.size));
         let row = row.filter(|&row| row <= LONGEST_ROW);
         let impossible = || self.unreadable("a point is too long: write the file again with only x and y");
         self.data = match coding.to_ascii_lowercase().as_str() {
             "ascii" => {
-                let word = |field: &Field| usize::try_from(field.word).ok();
+                let word = |place: usize| usize::try_from(fields[place].word).ok();
                 let places = || {
-                    let time = time.map_or(Some(None), |time| word(time).map(Some))?;
-                    Some(Places { x: word(x)?, y: word(y)?, time })
+                    let coordinates = places.coordinates.iter().map(|&place| word(place)).collect::<Option<_>>()?;
+                    Some(FieldPlaces {
+                        coordinates,
+                        time: places.time.map_or(Some(None), |time| word(time).map(Some))?,
+                    })
                 };
                 let words = fields.last().map_or(0, |last| last.word + self.header.count(fields.len() - 1));
                 Data::Text { places: places().ok_or_else(impossible)?, words, total, left: total }
             }
             "binary" => {
                 let row = row.and_then(|row| usize::try_from(row).ok());
-                let (cells, row) = cells().zip(row).ok_or_else(impossible)?;
+                let (cells, row) = Cells::of(&places, cell).zip(row).ok_or_else(impossible)?;
                 Data::Binary(Rows::new(cells, row, total))
             }
             "binary_compressed" => {
-                let stripes = Stripes::new(stripes(&fields, places), total).filter(|_| row.is_some());
+                let stripes =
+                    Stripes::new(fields.iter().map(stripe).collect(), &places, total).filter(|_| row.is_some());
                 let (lengths, lzf) = (Vec::new(), Lzf::new());
                 let stripes = stripes.ok_or_else(impossible)?;
                 Data::Compressed(Box::new(Compressed { lengths, left: None, lzf, stripes }))
@@ -214,21 +215,21 @@ impl Pcd {
         Ok(())
     }
 
-    fn places(&mut self, fields: &[Field]) -> Result<Places, ForeignError> {
+    fn places(&mut self, fields: &[Field]) -> Result<FieldPlaces, ForeignError> {
         let names = || self.header.names.iter().map(String::as_str);
         let is_number = |place: usize| fields.get(place).is_some_and(|field| field.number.is_some());
-        let is_good = |places: &Places| is_number(places.x) && is_number(places.y) && places.time.is_none_or(is_number);
+        let is_good = |places: &FieldPlaces| places.all().all(is_number);
         let Some(places) = self.columns.among(names()).filter(is_good) else {
             let names = listed(names());
             let reason = format!("its fields are {names}, without x and y: choose with --columns");
             return Err(ForeignError::Content { format: FORMAT, reason });
         };
-        let name = |place: usize| Excerpt::of(self.header.names[place].as_bytes());
-        self.choice = Some(format!("a PCD file: x is the field {}, y is {}", name(places.x), name(places.y)));
+        let told = told_of_fields::<C>(&places, "field", |place| &self.header.names[place]);
+        self.choice = Some(format!("a PCD file: {told}"));
         Ok(places)
     }
 
-    fn text(&mut self, bytes: &mut &[u8], found: &mut Queue) {
+    fn text(&mut self, bytes: &mut &[u8], found: &mut Queue<C::Point>) {
         while !bytes.is_empty() {
             if self.lines.take(bytes).is_none() {
                 return;
@@ -239,7 +240,7 @@ impl Pcd {
     }
 
     /// A line of text, or one that was too long.
-    fn text_line(&mut self, line: Option<&str>, number: u64, found: &mut Queue) {
+    fn text_line(&mut self, line: Option<&str>, number: u64, found: &mut Queue<C::Point>) {
         let Data::Text { places, words, left, .. } = &mut self.data else { return };
         if line.is_some_and(|line| line.trim_ascii().is_empty()) {
             return;
@@ -250,7 +251,7 @@ impl Pcd {
         }
         *left -= 1;
         let point = match line {
-            Some(line) => text_point(line, *places, *words),
+            Some(line) => text_point(line, places, *words),
             None => Err(format!("longer than {} bytes: split it", self.limit)),
         };
         found.push_back(point.unwrap_or_else(|reason| Found::Bad(format!("line {number}: {reason}"))));
@@ -290,23 +291,11 @@ impl Header {
     }
 }
 
-fn stripes(fields: &[Field], places: Places) -> Vec<Stripe> {
-    let role = |place: usize| match place {
-        _ if place == places.x => Some(Role::X),
-        _ if place == places.y => Some(Role::Y),
-        _ if Some(place) == places.time => Some(Role::Time),
-        _ => None,
-    };
-    let stripe = |(place, field): (usize, &Field)| Stripe {
-        size: field.size,
-        number: field.number,
-        is_big_endian: false,
-        role: role(place),
-    };
-    fields.iter().enumerate().map(stripe).collect()
+fn stripe(field: &Field) -> Stripe {
+    Stripe { size: field.size, number: field.number, is_big_endian: false }
 }
 
-fn text_point(line: &str, places: Places, expected: u64) -> Result<Found, String> {
+fn text_point<P: Point>(line: &str, places: &FieldPlaces, expected: u64) -> Result<Found<P>, String> {
     let words: Vec<&str> = line.split_ascii_whitespace().collect();
     if words.len() as u64 != expected {
         return Err(format!(
@@ -319,14 +308,15 @@ fn text_point(line: &str, places: Places, expected: u64) -> Result<Found, String
         let found = Excerpt::of(word.as_bytes());
         word.parse::<f64>().map_err(|_| format!("value {}: {found} is not a number: write one such as 1.5", place + 1))
     };
-    Ok(Found::Point([number(places.x)?, number(places.y)?], places.time.map(number).transpose()?))
+    let coordinates = places.coordinates.iter().map(|&place| number(place)).collect::<Result<Vec<_>, _>>()?;
+    Ok(Found::Point(P::collect(coordinates.into_iter()), places.time.map(number).transpose()?))
 }
 
 impl Compressed {
     /// The lengths of the compressed data and of the data.
     const LENGTHS: usize = 8;
 
-    fn take(&mut self, bytes: &mut &[u8], found: &mut Queue) {
+    fn take<P: Point>(&mut self, bytes: &mut &[u8], found: &mut Queue<P>) {
         let missing = Self::LENGTHS - self.lengths.len();
         let (own, rest) = bytes.split_at(missing.min(bytes.len()));
         self.lengths.extend_from_slice(own);

@@ -9,12 +9,13 @@
 //! The crate `ply-rs-bw` reads all vertices into maps of names at once, and its text has no `nan`, `.5` or `5.`.
 
 use super::error::ForeignError;
-use super::parts::found::{Found, Queue, listed};
+use super::parts::found::{Found, Queue, listed, told_of_fields};
 use super::parts::number::{LONGEST, Number};
 use super::parts::tail::Tail;
 use super::parts::text_lines::{TextLine, TextLines};
-use crate::formats::input::columns::{Columns, Places};
+use crate::formats::input::columns::{FieldPlaces, PointColumns};
 use crate::formats::input::excerpt::Excerpt;
+use crate::formats::input::record::Point;
 
 const FORMAT: &str = "a PLY file";
 
@@ -26,8 +27,8 @@ const HEADER_LINE: usize = 1 << 16;
 
 /// Reads vertices.
 #[derive(Debug)]
-pub(super) struct Ply {
-    columns: Columns,
+pub(super) struct Ply<C> {
+    columns: C,
     lines: TextLines,
     /// The longest line of data.
     limit: usize,
@@ -57,8 +58,10 @@ struct Element {
     name: String,
     count: u64,
     properties: Vec<Property>,
-    /// Of the vertices.
-    places: Option<Places>,
+    /// How many coordinates the vertices have.
+    dimension: Option<usize>,
+    /// Of each property, which coordinate it is, or the time after them.
+    slots: Vec<Vec<usize>>,
     row: Row,
 }
 
@@ -78,17 +81,18 @@ struct Row {
     skip: u64,
     bytes: [u8; LONGEST],
     have: usize,
-    point: [Option<f64>; 3],
+    /// The coordinates so far, then the time.
+    values: Vec<f64>,
 }
 
-impl Ply {
-    pub(super) fn new(columns: Columns, limit: usize) -> Self {
+impl<C: PointColumns> Ply<C> {
+    pub(super) fn new(columns: C, limit: usize) -> Self {
         let lines = TextLines::new(HEADER_LINE);
         let (stage, tail) = (Stage::Header, Tail::default());
         Self { columns, lines, limit, coding: None, elements: Vec::new(), stage, choice: None, tail }
     }
 
-    pub(super) fn push(&mut self, mut bytes: &[u8], found: &mut Queue) -> Result<(), ForeignError> {
+    pub(super) fn push(&mut self, mut bytes: &[u8], found: &mut Queue<C::Point>) -> Result<(), ForeignError> {
         self.tail.add(bytes.len());
         while self.stage == Stage::Header {
             let line = match self.lines.take(&mut bytes) {
@@ -108,7 +112,7 @@ impl Ply {
         Ok(())
     }
 
-    pub(super) fn finish(&mut self, found: &mut Queue) -> Result<Option<String>, ForeignError> {
+    pub(super) fn finish(&mut self, found: &mut Queue<C::Point>) -> Result<Option<String>, ForeignError> {
         if self.stage == Stage::Header {
             return Err(self.unreadable("the file ends before end_header: copy it again"));
         }
@@ -159,8 +163,8 @@ impl Ply {
 
     fn element(&mut self, name: &str, count: &str) -> bool {
         let Ok(count) = count.parse() else { return false };
-        let (properties, places) = (Vec::new(), None);
-        self.elements.push(Element { name: name.to_owned(), count, properties, places, row: Row::default() });
+        let (name, properties, slots) = (name.to_owned(), Vec::new(), Vec::new());
+        self.elements.push(Element { name, count, properties, dimension: None, slots, row: Row::default() });
         true
     }
 
@@ -183,21 +187,21 @@ impl Ply {
         };
         let names = || vertex.properties.iter().map(|property| property.name.as_str());
         let is_number = |place: usize| vertex.properties.get(place).is_some_and(|property| property.list.is_none());
-        let is_good = |places: &Places| is_number(places.x) && is_number(places.y) && places.time.is_none_or(is_number);
+        let is_good = |places: &FieldPlaces| places.all().all(is_number);
         let Some(places) = self.columns.among(names()).filter(is_good) else {
             let names = listed(names());
             let reason = format!("its vertices have {names}, without x and y: choose with --columns");
             return Err(ForeignError::Content { format: FORMAT, reason });
         };
-        let name = |place: usize| Excerpt::of(vertex.properties[place].name.as_bytes());
-        self.choice = Some(format!("a PLY file: x is the property {}, y is {}", name(places.x), name(places.y)));
-        vertex.places = Some(places);
+        let told = told_of_fields::<C>(&places, "property", |place| &vertex.properties[place].name);
+        self.choice = Some(format!("a PLY file: {told}"));
+        vertex.make_points(&places);
         self.stage = Stage::Data;
         self.lines.set_limit(self.limit);
         Ok(())
     }
 
-    fn binary(&mut self, bytes: &mut &[u8], is_big_endian: bool, found: &mut Queue) {
+    fn binary(&mut self, bytes: &mut &[u8], is_big_endian: bool, found: &mut Queue<C::Point>) {
         let elements = self.elements.iter_mut().filter(|element| !element.properties.is_empty());
         for element in elements {
             while element.count > 0 {
@@ -216,7 +220,7 @@ impl Ply {
         }
     }
 
-    fn text(&mut self, bytes: &mut &[u8], found: &mut Queue) {
+    fn text(&mut self, bytes: &mut &[u8], found: &mut Queue<C::Point>) {
         while !bytes.is_empty() {
             if self.lines.take(bytes).is_none() {
                 return;
@@ -227,7 +231,7 @@ impl Ply {
     }
 
     /// A line of text, or one that was too long.
-    fn text_line(&mut self, line: Option<&str>, number: u64, found: &mut Queue) {
+    fn text_line(&mut self, line: Option<&str>, number: u64, found: &mut Queue<C::Point>) {
         if line.is_some_and(|line| line.trim_ascii().is_empty()) {
             return;
         }
@@ -241,11 +245,8 @@ impl Ply {
             found.push_back(Found::Bad(format!("line {number}: longer than {} bytes: split it", self.limit)));
             return;
         };
-        match (element.text_row(line), element.places) {
-            (Ok(_), None) => {}
-            (Ok([x, y, time]), Some(_)) => {
-                found.push_back(Found::Point([x.unwrap_or(f64::NAN), y.unwrap_or(f64::NAN)], time));
-            }
+        match (element.text_row(line), element.dimension) {
+            (Ok(()), _) => found.extend(element.found()),
             (Err(reason), Some(_)) => found.push_back(Found::Bad(format!("line {number}: {reason}"))),
             (Err(reason), None) => found.push_back(Found::Missed(format!("line {number}: {reason}"))),
         }
@@ -261,8 +262,29 @@ impl Ply {
 struct NegativeLength;
 
 impl Element {
+    /// Its properties at these places are points.
+    fn make_points(&mut self, places: &FieldPlaces) {
+        self.dimension = Some(places.coordinates.len());
+        self.slots = vec![Vec::new(); self.properties.len()];
+        for (slot, place) in places.all().enumerate() {
+            self.slots[place].push(slot);
+        }
+        self.row.values = vec![f64::NAN; places.all().count()];
+    }
+
+    /// The point of a row that was read whole, if its element has points.
+    fn found<P: Point>(&self) -> Option<Found<P>> {
+        let (point, time) = self.row.values.split_at(self.dimension?);
+        Some(Found::Point(P::collect(point.iter().copied()), time.first().copied()))
+    }
+
     /// Reads on in the present row.
-    fn step(&mut self, bytes: &mut &[u8], is_big_endian: bool, found: &mut Queue) -> Result<(), NegativeLength> {
+    fn step<P: Point>(
+        &mut self,
+        bytes: &mut &[u8],
+        is_big_endian: bool,
+        found: &mut Queue<P>,
+    ) -> Result<(), NegativeLength> {
         let row = &mut self.row;
         if row.skip > 0 {
             let length = usize::try_from(row.skip).unwrap_or(usize::MAX).min(bytes.len());
@@ -286,23 +308,20 @@ impl Element {
                 }
                 row.skip = (value as u64).saturating_mul(property.number.size() as u64);
             } else {
-                note(&mut row.point, self.places, row.property, value);
+                note(&mut row.values, &self.slots, row.property, value);
             }
             row.property += 1;
         }
         if row.skip == 0 && row.property == self.properties.len() {
-            let point = std::mem::take(row).point;
+            row.property = 0;
             self.count -= 1;
-            if let [Some(x), Some(y), time] = point {
-                found.push_back(Found::Point([x, y], time));
-            }
+            found.extend(self.found());
         }
         Ok(())
     }
 
-    fn text_row(&self, line: &str) -> Result<[Option<f64>; 3], String> {
+    fn text_row(&mut self, line: &str) -> Result<(), String> {
         let mut words = line.split_ascii_whitespace();
-        let mut point = [None; 3];
         for (place, Property { name, list, .. }) in self.properties.iter().enumerate() {
             let name = || Excerpt::of(name.as_bytes());
             let word = words.next().ok_or_else(|| format!("property {} is missing: complete the line", name()))?;
@@ -311,7 +330,7 @@ impl Element {
                 format!("property {}: {} is not a number: write one such as 1.5", name(), Excerpt::of(word.as_bytes()))
             })?;
             match list {
-                None => note(&mut point, self.places, place, value),
+                None => note(&mut self.row.values, &self.slots, place, value),
                 Some(_) => {
                     let length = value as usize;
                     let skipped = words.by_ref().take(length).count();
@@ -325,17 +344,14 @@ impl Element {
         if more > 0 {
             return Err(format!("{more} more values than the header says: complete the header, or mend the line"));
         }
-        Ok(point)
+        Ok(())
     }
 }
 
 /// Keeps a value if it belongs to the point.
-fn note(point: &mut [Option<f64>; 3], places: Option<Places>, place: usize, value: f64) {
-    let Some(places) = places else { return };
-    for (kept, known) in point.iter_mut().zip([Some(places.x), Some(places.y), places.time]) {
-        if known == Some(place) {
-            *kept = Some(value);
-        }
+fn note(values: &mut [f64], slots: &[Vec<usize>], property: usize, value: f64) {
+    for &slot in slots.get(property).into_iter().flatten() {
+        values[slot] = value;
     }
 }
 

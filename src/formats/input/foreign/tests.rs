@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use proptest::prelude::*;
 
 use super::*;
-use crate::formats::input::{Format, Limits, Reader, Record, opened};
+use crate::formats::input::{Columns, Format, Limits, Reader, Record, opened};
 
 mod files;
 mod hostile;

@@ -6,15 +6,17 @@
 
 use std::collections::VecDeque;
 
-use crate::formats::input::record::Parsed;
+use crate::formats::input::columns::{FieldPlaces, PointColumns};
+use crate::formats::input::excerpt::Excerpt;
+use crate::formats::input::record::{Parsed, Point};
 
 /// One thing in a file.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Found {
+pub enum Found<P> {
     /// A point, and when it was seen.
-    Point([f64; 2], Option<f64>),
+    Point(P, Option<f64>),
     /// An element of JSON, with its points.
-    Entry(Parsed, Vec<[f64; 2]>),
+    Entry(Parsed, Vec<P>),
     /// A point or an element that cannot be used. It has a number like those that can.
     Bad(String),
     /// A point in the element before that cannot be used.
@@ -23,8 +25,15 @@ pub enum Found {
     Missed(String),
 }
 
+impl<P: Point> Found<P> {
+    /// A point of two coordinates, without a time.
+    pub fn position(point: [f64; 2]) -> Self {
+        Self::Point(P::collect(point.into_iter()), None)
+    }
+}
+
 /// In the order of the file.
-pub type Queue = VecDeque<Found>;
+pub type Queue<P> = VecDeque<Found<P>>;
 
 /// A piece of text from a file or about it, safe to show and short enough.
 pub fn printable(text: &str) -> String {
@@ -39,4 +48,17 @@ pub fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
 /// Bytes or points, in words.
 pub fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Which fields are the coordinates, in words. Only the first is called by what it is.
+pub fn told_of_fields<'a, C: PointColumns>(
+    places: &FieldPlaces,
+    what: &str,
+    name: impl Fn(usize) -> &'a str,
+) -> String {
+    let named = |(number, &place): (usize, &usize)| {
+        let what = if number == 0 { format!("the {what} ") } else { String::new() };
+        format!("{what}{}", Excerpt::of(name(place).as_bytes()))
+    };
+    C::told(places.coordinates.iter().enumerate().map(named))
 }

@@ -8,6 +8,8 @@
 
 use super::found::{Found, Queue, counted};
 use super::number::Number;
+use crate::formats::input::columns::FieldPlaces;
+use crate::formats::input::record::Point;
 
 /// A number in a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,11 +27,19 @@ impl Cell {
 }
 
 /// Where the numbers of a point stand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cells {
-    pub x: Cell,
-    pub y: Cell,
-    pub time: Option<Cell>,
+    point: Vec<Cell>,
+    time: Option<Cell>,
+}
+
+impl Cells {
+    /// Those at the places; none if one of them holds no number.
+    pub fn of(places: &FieldPlaces, cell: impl Fn(usize) -> Option<Cell>) -> Option<Self> {
+        let point = places.coordinates.iter().map(|&place| cell(place)).collect::<Option<_>>()?;
+        let time = places.time.map_or(Some(None), |place| cell(place).map(Some))?;
+        Some(Self { point, time })
+    }
 }
 
 /// The longest row, in bytes.
@@ -53,7 +63,7 @@ impl Rows {
     }
 
     /// Takes what belongs to rows from the front of `bytes`.
-    pub fn take(&mut self, bytes: &mut &[u8], found: &mut Queue) {
+    pub fn take<P: Point>(&mut self, bytes: &mut &[u8], found: &mut Queue<P>) {
         while self.left > 0 && !bytes.is_empty() {
             let missing = self.row - self.partial.len();
             let (own, rest) = bytes.split_at(missing.min(bytes.len()));
@@ -72,9 +82,9 @@ impl Rows {
         }
     }
 
-    fn point(&self, row: &[u8]) -> Found {
-        let Cells { x, y, time } = self.cells;
-        Found::Point([x.read(row), y.read(row)], time.map(|time| time.read(row)))
+    fn point<P: Point>(&self, row: &[u8]) -> Found<P> {
+        let Cells { point, time } = &self.cells;
+        Found::Point(P::collect(point.iter().map(|cell| cell.read(row))), time.map(|time| time.read(row)))
     }
 
     /// What is missing at the end of the file.
@@ -95,15 +105,6 @@ pub struct Stripe {
     pub size: u64,
     pub number: Option<Number>,
     pub is_big_endian: bool,
-    pub role: Option<Role>,
-}
-
-/// What a column is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    X,
-    Y,
-    Time,
 }
 
 /// The most bytes of columns that are kept until the others come.
@@ -121,36 +122,45 @@ pub struct Stripes {
     left: u64,
     /// The bytes of the present value.
     value: Vec<u8>,
-    /// The values of the columns before, by role.
-    kept: [Vec<f64>; 3],
-    /// The role whose values complete points.
-    last: Option<Role>,
+    /// Of each column, where its values go; none if they are not read. Coordinates come in their order, then the time.
+    slots: Vec<Option<usize>>,
+    /// The values of the columns before, by slot.
+    kept: Vec<Vec<f64>>,
+    /// How many of the slots are coordinates.
+    dimension: usize,
+    /// The slot whose values complete points.
+    last: Option<usize>,
     points: u64,
 }
 
 impl Stripes {
     /// None if there is more to keep than is allowed.
-    pub fn new(stripes: Vec<Stripe>, total: u64) -> Option<Self> {
-        let last = stripes.iter().rev().find_map(|stripe| stripe.role);
-        let kept = stripes.iter().filter(|stripe| stripe.role.is_some()).count().saturating_sub(1) as u64;
-        let room = total.checked_mul(kept * size_of::<f64>() as u64)?;
+    pub fn new(stripes: Vec<Stripe>, places: &FieldPlaces, total: u64) -> Option<Self> {
+        let mut slots = vec![None; stripes.len()];
+        for (slot, place) in places.all().enumerate() {
+            // A column that is read twice, as a coordinate and as the time, is the coordinate.
+            slots.get_mut(place)?.get_or_insert(slot);
+        }
+        let last = slots.iter().rev().find_map(|&slot| slot);
+        let kept = vec![Vec::new(); places.all().count()];
+        let room = total.checked_mul((kept.len().saturating_sub(1) * size_of::<f64>()) as u64)?;
         let left = stripes.first().map_or(Some(0), |stripe| stripe.size.checked_mul(total))?;
         stripes.iter().try_fold(0_u64, |sum, stripe| sum.checked_add(stripe.size.checked_mul(total)?))?;
-        let kept = Default::default();
-        let this = Self { stripes, total, at: 0, left, value: Vec::new(), kept, last, points: 0 };
+        let (dimension, value) = (places.coordinates.len(), Vec::new());
+        let this = Self { stripes, total, at: 0, left, value, slots, kept, dimension, last, points: 0 };
         (room <= LARGEST_COLUMNS).then_some(this)
     }
 
     /// Takes what belongs to columns from the front of `bytes`.
-    pub fn take(&mut self, bytes: &mut &[u8], found: &mut Queue) {
+    pub fn take<P: Point>(&mut self, bytes: &mut &[u8], found: &mut Queue<P>) {
         while self.next_column() && !bytes.is_empty() {
             let stripe = self.stripes[self.at];
             let length = usize::try_from(self.left).unwrap_or(usize::MAX).min(bytes.len());
             let (own, rest) = bytes.split_at(length);
             *bytes = rest;
             self.left -= length as u64;
-            if let (Some(role), Some(number)) = (stripe.role, stripe.number) {
-                own.iter().for_each(|&byte| self.byte(byte, stripe, role, number, found));
+            if let (Some(slot), Some(number)) = (self.slots[self.at], stripe.number) {
+                own.iter().for_each(|&byte| self.byte(byte, stripe, slot, number, found));
             }
         }
     }
@@ -168,29 +178,26 @@ impl Stripes {
         true
     }
 
-    fn byte(&mut self, byte: u8, stripe: Stripe, role: Role, number: Number, found: &mut Queue) {
+    fn byte<P: Point>(&mut self, byte: u8, stripe: Stripe, slot: usize, number: Number, found: &mut Queue<P>) {
         self.value.push(byte);
         if self.value.len() as u64 == stripe.size {
             let value = number.read(stripe.is_big_endian, &self.value);
             self.value.clear();
-            self.kept[role as usize].push(value);
-            if self.last == Some(role) {
-                self.point(found);
+            match self.last == Some(slot) {
+                true => self.point(slot, value, found),
+                false => self.kept[slot].push(value),
             }
         }
     }
 
-    fn point(&mut self, found: &mut Queue) {
+    /// The value of the last column completes a point. It comes with the others of its row, and is not kept.
+    fn point<P: Point>(&mut self, last: usize, own: f64, found: &mut Queue<P>) {
         let index = usize::try_from(self.points).unwrap_or(usize::MAX);
-        // Those of the column that completes points come one by one, and are not kept.
-        let mut value = |role: Role| match self.last == Some(role) {
-            true => self.kept[role as usize].pop(),
-            false => self.kept[role as usize].get(index).copied(),
-        };
-        if let (Some(x), Some(y)) = (value(Role::X), value(Role::Y)) {
-            found.push_back(Found::Point([x, y], value(Role::Time)));
-            self.points += 1;
-        }
+        let value = |slot: usize| if slot == last { Some(own) } else { self.kept[slot].get(index).copied() };
+        let point = P::collect((0..self.dimension).map(|slot| value(slot).unwrap_or(f64::NAN)));
+        let time = if self.kept.len() > self.dimension { value(self.dimension) } else { None };
+        found.push_back(Found::Point(point, time));
+        self.points += 1;
     }
 
     /// What is missing at the end of the file.

@@ -1,0 +1,318 @@
+//! Points of any dimension, line by line as they arrive; or the delay vectors of a series.
+//!
+//! In: a source, and which columns are coordinates.
+//! Out: one [`PointRecord`] a line.
+//! Invariants: all points have as many coordinates, finite and without negative zeros. A point that cannot be used
+//! loses only itself, and is told with its place. Of a series, a sample or line that cannot be used is a gap, and no
+//! vector holds samples from both of its sides.
+//! Must not know: what becomes of the points.
+
+use std::io::Read;
+use std::path::Path;
+
+use super::super::columns::Columns;
+use super::super::error::{BadLineReason, Fault, Field};
+use super::super::format::{Format, opened};
+use super::super::jsonl::Faults;
+use super::super::reader::{Limits, Reader};
+use super::super::record::Record;
+use super::super::text::{Choice, TableColumns};
+use super::check::Check;
+use super::columns::{Most, SpaceColumns};
+use super::embedding::{Delays, Embedding};
+use super::{MOST_COORDINATES, SpaceError};
+
+/// What the coordinates are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Coordinates {
+    /// Numbers, as many as there are.
+    Any(SpaceColumns),
+    /// Longitude and latitude in degrees, found as x and y of the plane are.
+    Degrees(Columns),
+}
+
+impl Default for Coordinates {
+    fn default() -> Self {
+        Self::Any(SpaceColumns::default())
+    }
+}
+
+/// How points are read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PointSettings {
+    /// How they are written; by default, by the file's name or first bytes.
+    pub format: Option<Format>,
+    /// What they are.
+    pub coordinates: Coordinates,
+    /// Whether a column of event times is read if the header names one.
+    pub wants_times: bool,
+    /// The points are samples of a series, and their delay vectors are read.
+    pub embedding: Option<Embedding>,
+}
+
+/// What one line says. Coordinates are lent until the next record is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PointRecord<'a> {
+    /// Points to add, one after the other. There may be none.
+    Points {
+        /// Of all of them.
+        coordinates: &'a [f64],
+        /// When they were seen, if the line says so.
+        time: Option<f64>,
+    },
+    /// Points to take back.
+    Retract {
+        /// Of all of them.
+        coordinates: &'a [f64],
+    },
+    /// The end of a frame, asked for in so many words.
+    Commit {
+        /// The time of the frame, if the line says so.
+        time: Option<f64>,
+    },
+    /// An empty line.
+    Blank,
+    /// A header or a comment.
+    Nothing,
+    /// Something that cannot be used: where, and why.
+    Refused(String),
+}
+
+/// Reads points line by line.
+pub struct PointReader<'a> {
+    reader: AnyReader<'a>,
+    judge: Judge,
+    place: u64,
+    unit: &'static str,
+}
+
+type Source<'a> = Box<dyn Read + 'a>;
+
+enum AnyReader<'a> {
+    Any(Reader<Source<'a>, SpaceColumns>),
+    Degrees(Reader<Source<'a>>),
+}
+
+/// Calls the same of either reader.
+macro_rules! either {
+    ($reader:expr, $name:ident => $call:expr) => {
+        match $reader {
+            AnyReader::Any($name) => $call,
+            AnyReader::Degrees($name) => $call,
+        }
+    };
+}
+
+impl<'a> PointReader<'a> {
+    /// Reads `source`. The end of its path, if it has one, may say how points are written.
+    ///
+    /// # Errors
+    /// Its first bytes cannot be read, or are of a kind that is not.
+    pub fn new(path: Option<&Path>, source: impl Read + 'a, settings: &PointSettings) -> Result<Self, SpaceError> {
+        let (format, source) = opened(path, settings.format, source)?;
+        let (limits, times) = (Limits::default(), settings.wants_times);
+        let reader = match settings.coordinates.clone() {
+            Coordinates::Any(columns) => {
+                let columns = columns.with(times, Most::Coordinates(MOST_COORDINATES));
+                AnyReader::Any(Reader::new(source, format, columns, limits))
+            }
+            Coordinates::Degrees(columns) => {
+                AnyReader::Degrees(Reader::new(source, format, columns.with_times(times), limits))
+            }
+        };
+        let is_degrees = matches!(reader, AnyReader::Degrees(_));
+        let delays = settings.embedding.map(Delays::new);
+        let unit = either!(&reader, reader => reader.unit());
+        Ok(Self { reader, judge: Judge::new(Check::new(is_degrees), delays), place: 0, unit })
+    }
+
+    /// The record of the next line; none at the end.
+    ///
+    /// # Errors
+    /// [`SpaceError`]: the source fails, or holds what cannot be points of one space.
+    pub fn next_record(&mut self) -> Result<Option<PointRecord<'_>>, SpaceError> {
+        if let Some(fault) = self.judge.faults.next() {
+            return Ok(Some(PointRecord::Refused(self.said(&fault))));
+        }
+        self.place = either!(&self.reader, reader => reader.next_line());
+        let place = || format!("{} {}", self.unit, self.place);
+        let step = either!(&mut self.reader, reader => self.judge.step(reader, &place))?;
+        let coordinates = &self.judge.good;
+        Ok(step.map(|step| match step {
+            Step::Points { time } => PointRecord::Points { coordinates, time },
+            Step::Retract => PointRecord::Retract { coordinates },
+            Step::Commit { time } => PointRecord::Commit { time },
+            Step::Blank => PointRecord::Blank,
+            Step::Nothing => PointRecord::Nothing,
+            Step::Refused(reason) => PointRecord::Refused(reason),
+        }))
+    }
+
+    /// Whether the next record is at hand, so that asking for it would not wait for the source.
+    pub fn is_ready(&mut self) -> bool {
+        !self.judge.faults.is_empty() || either!(&mut self.reader, reader => reader.is_ready())
+    }
+
+    /// How many coordinates points have, once it is known.
+    pub fn dimension(&self) -> Option<usize> {
+        let own = self.judge.check.dimension();
+        self.judge.delays.as_ref().map_or(own, |delays| Some(delays.dimension()))
+    }
+
+    /// How often a series was interrupted.
+    pub fn gaps(&self) -> u64 {
+        self.judge.delays.as_ref().map_or(0, Delays::gaps)
+    }
+
+    /// Where the last record stands: its line, or in files without lines its point or element.
+    pub fn place(&self) -> String {
+        format!("{} {}", self.unit, self.place)
+    }
+
+    /// How many bytes of the source have been used.
+    pub fn bytes_read(&self) -> u64 {
+        either!(&self.reader, reader => reader.bytes_read())
+    }
+
+    /// What was chosen without being asked for, for people; once, after it is known.
+    pub fn take_choice(&mut self) -> Option<Choice> {
+        either!(&mut self.reader, reader => reader.take_choice())
+    }
+
+    fn said(&self, fault: &Fault) -> String {
+        let place = self.place();
+        match fault.field {
+            Some(field) => format!("{place}, {field}: {}", fault.reason),
+            None => format!("{place}: {}", fault.reason),
+        }
+    }
+}
+
+/// A record whose points are kept by the judge.
+enum Step {
+    Points { time: Option<f64> },
+    Retract,
+    Commit { time: Option<f64> },
+    Blank,
+    Nothing,
+    Refused(String),
+}
+
+/// Tells good points from bad ones.
+struct Judge {
+    check: Check,
+    delays: Option<Delays>,
+    /// The coordinates of the points of a line, and where each point ends.
+    read: Vec<f64>,
+    ends: Vec<usize>,
+    /// The coordinates of those that can be used.
+    good: Vec<f64>,
+    /// What is wrong with the others.
+    faults: Faults,
+}
+
+impl Judge {
+    fn new(check: Check, delays: Option<Delays>) -> Self {
+        Self { check, delays, read: Vec::new(), ends: Vec::new(), good: Vec::new(), faults: Faults::default() }
+    }
+
+    /// Reads a line, and judges its points.
+    fn step<R: Read, C>(
+        &mut self,
+        reader: &mut Reader<R, C>,
+        place: &dyn Fn() -> String,
+    ) -> Result<Option<Step>, SpaceError>
+    where
+        C: TableColumns,
+        C::Point: AsRef<[f64]>,
+    {
+        self.good.clear();
+        let step = match reader.next_record()? {
+            None => return Ok(None),
+            Some(Record::Points { points, time }) => {
+                self.load(points);
+                Step::Points { time }
+            }
+            Some(Record::Retract { points }) => {
+                self.load(points);
+                Step::Retract
+            }
+            Some(Record::Commit { time }) => Step::Commit { time },
+            Some(Record::Blank) => Step::Blank,
+            Some(Record::Nothing) => Step::Nothing,
+            Some(Record::Bad(bad)) => Step::Refused(bad.to_string()),
+            Some(Record::Missed(reason)) => Step::Refused(reason),
+        };
+        let is_broken = reader.has_fault();
+        let field = |coordinate| reader.field(coordinate);
+        match (&step, &mut self.delays) {
+            (Step::Points { .. } | Step::Retract, None) => self.points(place, field)?,
+            (Step::Points { .. }, Some(_)) => self.samples(place, field, is_broken)?,
+            (Step::Retract, Some(_)) => {
+                self.faults.add(Fault::of_line(BadLineReason::NothingTakenBack));
+                return Ok(Some(Step::Nothing));
+            }
+            (Step::Refused(_), Some(delays)) => delays.interrupt(),
+            _ => {}
+        }
+        Ok(Some(step))
+    }
+
+    fn load<P: AsRef<[f64]>>(&mut self, points: &[P]) {
+        self.read.clear();
+        self.ends.clear();
+        for point in points {
+            self.read.extend_from_slice(point.as_ref());
+            self.ends.push(self.read.len());
+        }
+    }
+
+    /// Keeps the good points of a line.
+    fn points(&mut self, place: &dyn Fn() -> String, field: impl Fn(usize) -> Field) -> Result<(), SpaceError> {
+        let mut start = 0;
+        for &end in &self.ends {
+            let point = &mut self.read[start..end];
+            start = end;
+            if point.len() > MOST_COORDINATES {
+                return Err(SpaceError::Dimension { place: place(), found: point.len(), most: MOST_COORDINATES });
+            }
+            match self.check.take(point) {
+                Ok(()) => self.good.extend_from_slice(point),
+                Err((coordinate, reason)) => self.faults.add(Fault { field: coordinate.map(&field), reason }),
+            }
+        }
+        Ok(())
+    }
+
+    /// Keeps the vectors that end with the samples of a line. Nobody knows where in a broken list its gaps are.
+    fn samples(
+        &mut self,
+        place: &dyn Fn() -> String,
+        field: impl Fn(usize) -> Field,
+        is_broken: bool,
+    ) -> Result<(), SpaceError> {
+        let Some(delays) = &mut self.delays else { return Ok(()) };
+        if is_broken {
+            delays.interrupt();
+            let reason = BadLineReason::BrokenList { samples: self.ends.len() };
+            self.faults.add(Fault::of_line(reason));
+            return Ok(());
+        }
+        let mut start = 0;
+        for &end in &self.ends {
+            let point = &mut self.read[start..end];
+            start = end;
+            if point.len() != 1 {
+                return Err(SpaceError::Series { place: place(), found: point.len() });
+            }
+            match self.check.take(point) {
+                Ok(()) => self.good.extend(delays.push(point[0]).into_iter().flatten()),
+                Err((coordinate, reason)) => {
+                    delays.interrupt();
+                    self.faults.add(Fault { field: coordinate.map(&field), reason });
+                }
+            }
+        }
+        Ok(())
+    }
+}
