@@ -7,20 +7,26 @@
 
 mod panels;
 mod source;
+mod space;
 
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
+use hopes::topology::spaces::Landmarks;
 use hopes::topology::{Frame, Options, Simplified, View, simplify};
 use indicatif::ProgressBar;
 
-use super::args::{ChosenColumns, DetectionArgs, ProjectArgs, SimplifiedViewArgs, Threshold, by_suffix, resolution};
+use super::args::{
+    ChosenColumns, DetectionArgs, MetricArgs, ProjectArgs, SimplifiedViewArgs, SpaceOptions, Threshold, by_suffix,
+    resolution,
+};
 use super::{Failure, files, progress};
 use crate::daemon::InputErrors;
-use crate::formats::input::Format;
+use crate::formats::input::{ColumnsError, Format};
 use crate::formats::runs::RunSource;
 use crate::formats::skeleton::{Answer, OutputFormat};
 use panels::{Cut, PanelWord, panel};
@@ -45,9 +51,9 @@ pub struct Compute {
     #[arg(long, value_enum, default_value_t)]
     input: Input,
     /// Columns of a table, by number from 1 or by name in the header [default: what the header calls x and y, or lon
-    /// and lat; else 1,2].
+    /// and lat; else 1,2; with --metric all].
     #[arg(long, value_name = "X,Y")]
-    columns: Option<ChosenColumns>,
+    columns: Option<String>,
     #[command(flatten)]
     project: ProjectArgs,
     /// Snap positions to a grid of this step.
@@ -75,6 +81,8 @@ pub struct Compute {
     strict: bool,
     #[command(flatten)]
     view: SimplifiedViewArgs,
+    #[command(flatten)]
+    metric: MetricArgs,
     #[command(flatten)]
     detection: DetectionArgs,
 }
@@ -108,6 +116,15 @@ margin for l = 1.
 
 A line of the CSV output: kind,i,j,x1,y1,x2,y2,length,birth,death,persistence
 A line of dots: birth,death,persistence,i,j,x1,y1,x2,y2,center_x,center_y,radius,shown";
+
+/// A skeleton, and what is told of it.
+struct Computed {
+    frame: Arc<Frame>,
+    duplicates: u64,
+    /// What it is of, in the plane.
+    source: Option<Source>,
+    landmarks: Option<Landmarks>,
+}
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum Input {
@@ -155,47 +172,100 @@ impl Compute {
             None if format == OutputFormat::Png => Some(files::binary_stdout("a PNG", "-o picture.png")?),
             None => Some(files::stdout()?),
         };
-        let mut source = self.source()?;
-        panels::check(&self.panels, cut, matches!(source, Source::Picture(..)), &self.file.display().to_string())?;
+        let space = self.space(format)?;
         let progress = self.progress();
         let mut input_errors = InputErrors::new(self.strict).of(files::name(&self.file));
-        let options = Options { resolution: self.resolution, ..Options::default() };
-        let (frame, points) = source::frame(&mut source, options, &progress, &mut input_errors)?;
+        let computed = match space {
+            Some(options) => self.of_space(options, &progress, &mut input_errors)?,
+            None => self.of_plane(cut, &progress, &mut input_errors)?,
+        };
         progress.set_message("writing");
         let rejected = input_errors.count();
         input_errors.sum_up();
-        if points == 0 && rejected > 0 {
+        if computed.frame.points == 0 && rejected > 0 {
             let name = files::name(&self.file).unwrap_or_else(|| "stdin".to_owned());
             let what = "nothing in it could be used";
             return Err(anyhow!("{name}: {what}, of {rejected} lines or points: see hopes help compute").into());
         }
         let name = self.file.file_stem().and_then(|stem| stem.to_str()).filter(|_| !files::is_pipe(&self.file));
+        let frame = &computed.frame;
         if self.panels.is_empty() {
             let view = frame.view(cut.spec);
-            let simplified = cut.threshold.map(|threshold| simplified(&frame, &view, threshold));
+            let simplified = cut.threshold.map(|threshold| simplified(frame, &view, threshold));
             let answer = Answer {
                 name,
                 skeleton: &frame.skeleton,
                 view: &view,
                 simplified: simplified.as_ref().map(|(threshold, simplified)| (*threshold, simplified)),
-                duplicates: points - frame.skeleton.vertices().len() as u64,
+                duplicates: computed.duplicates,
                 rejected,
-                projection: if let Source::Points(_, Some(projector)) = &source {
+                projection: if let Some(Source::Points(_, Some(projector))) = &computed.source {
                     projector.projection()
                 } else {
                     None
                 },
+                landmarks: computed.landmarks.as_ref(),
             };
             write(stdout, output, |mut sink| format.write(&answer, &mut sink))?;
         } else {
-            let photo = if let Source::Picture(photo, _) = &source { Some(photo) } else { None };
-            let drawing = panels::draw(&frame, &self.panels, cut, photo, name);
+            let photo = if let Some(Source::Picture(photo, _)) = &computed.source { Some(photo) } else { None };
+            let drawing = panels::draw(frame, &self.panels, cut, photo, name);
             write(stdout, output, |mut sink| format.write_drawing(&drawing, &mut sink))?;
         }
         progress.finish_and_clear();
         // The process ends here: giving back every page of a large skeleton first would only take time.
-        std::mem::forget(frame);
+        std::mem::forget(computed);
         Ok(())
+    }
+
+    /// The skeleton of points in the plane, or of a picture.
+    fn of_plane(&self, cut: Cut, progress: &ProgressBar, input_errors: &mut InputErrors) -> Result<Computed, Failure> {
+        let mut source = self.source()?;
+        panels::check(&self.panels, cut, matches!(source, Source::Picture(..)), &self.file.display().to_string())?;
+        let options = Options { resolution: self.resolution, ..Options::default() };
+        let (frame, points) = source::frame(&mut source, options, progress, input_errors)?;
+        let duplicates = points - frame.skeleton.vertices().len() as u64;
+        Ok(Computed { frame, duplicates, source: Some(source), landmarks: None })
+    }
+
+    /// The skeleton of a metric space.
+    fn of_space(
+        &self,
+        options: SpaceOptions,
+        progress: &ProgressBar,
+        input_errors: &mut InputErrors,
+    ) -> Result<Computed, Failure> {
+        let format = match self.input {
+            Input::Text => Some(Format::Text),
+            Input::Jsonl => Some(Format::JsonLines),
+            _ => None,
+        };
+        let source = space::SpaceSource { file: &self.file, format, columns: self.columns.as_deref() };
+        let space::SpaceFrame { frame, duplicates, landmarks } =
+            space::frame(&source, options, progress, input_errors)?;
+        Ok(Computed { frame: Arc::new(frame), duplicates, source: None, landmarks })
+    }
+
+    /// The space that is asked for; none for the plane. What makes sense in the plane only is refused with it.
+    fn space(&self, format: OutputFormat) -> Result<Option<SpaceOptions>, Failure> {
+        let options = self.metric.options()?;
+        if options.is_none() {
+            return Ok(None);
+        }
+        let refused = [
+            (
+                self.project.is_on(),
+                "--project makes a plane of degrees: with --metric, haversine takes them as they are",
+            ),
+            (self.resolution.is_some(), "--resolution is for the plane: leave it out with --metric"),
+            (matches!(self.input, Input::Picture), "--input picture is for the plane: leave out --metric"),
+            (!self.panels.is_empty(), "--panels is for the plane: leave out --metric"),
+            (format == OutputFormat::Geojson, "GeoJSON is for maps: write a skeleton with --metric as json or csv"),
+        ];
+        match refused.into_iter().find(|&(is_so, _)| is_so) {
+            Some((_, reason)) => Err(Failure::usage(reason)),
+            None => Ok(options),
+        }
     }
 
     /// What is written: as it is said, else as the file's name says.
@@ -222,7 +292,9 @@ impl Compute {
             Input::Text => Some(Format::Text),
             Input::Jsonl => Some(Format::JsonLines),
         };
-        let (file, columns) = (self.file.clone(), self.project.columns(self.columns.as_ref()));
+        let wrong = |error: ColumnsError| Failure::usage(format!("--columns: {error}"));
+        let chosen: Option<ChosenColumns> = self.columns.as_deref().map(str::parse).transpose().map_err(wrong)?;
+        let (file, columns) = (self.file.clone(), self.project.columns(chosen.as_ref()));
         let projector = self.project.projector();
         // A grid of metres says nothing of degrees: the pipeline checks what is on it.
         let resolution = self.resolution.filter(|_| projector.is_none());

@@ -6,9 +6,9 @@
 //! Must not know: input and output.
 
 mod detection;
-#[cfg_attr(not(test), expect(dead_code, reason = "the option --embed comes with the next step"))]
 mod embedding;
 mod forms;
+mod metric;
 mod peers;
 mod place;
 mod places;
@@ -19,6 +19,7 @@ mod values;
 mod view;
 
 pub use detection::DetectionArgs;
+pub use metric::{MetricArgs, SpaceKind, SpaceOptions};
 pub use peers::{Connect, FollowArgs, To, name};
 pub use place::{Place, USUAL};
 pub use places::{ChosenColumns, ProjectArgs};

@@ -34,10 +34,6 @@ mod numbers;
 mod reader;
 mod record;
 mod separator;
-#[cfg_attr(
-    not(test),
-    expect(dead_code, unused_imports, reason = "the options that name a metric come with the next step")
-)]
 pub mod space;
 mod text;
 

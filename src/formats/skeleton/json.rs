@@ -29,6 +29,10 @@ pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
     if skeleton.filtration() == Filtration::Rips {
         write!(out, "\"filtration\":\"rips\",\"dimension\":{},", skeleton.vertices().dimension())?;
     }
+    if let Some(landmarks) = answer.landmarks {
+        let radius = number(landmarks.covering_radius);
+        write!(out, "\"landmarks\":{},\"covering_radius\":{radius},", landmarks.vertices.len())?;
+    }
     if let Some(projection) = answer.projection {
         let [longitude, latitude] = projection.origin().map(number);
         write!(out, "\"origin\":[{longitude},{latitude}],")?;
@@ -92,7 +96,11 @@ fn write_kind(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
             let Margins { diagonal, vertical } = selection.map(|selection| selection.margins).unwrap_or_default();
             let [diagonal, vertical] = [diagonal, vertical].map(|margin| number(margin.unwrap_or(f64::INFINITY)));
             write!(out, "\"kind\":\"derived\",\"k\":{k},\"l\":{l},\"ds\":{},\"vs\":{},", number(ds), number(vs))?;
-            write!(out, "\"margins\":{{\"diagonal\":{diagonal},\"vertical\":{vertical}}}")
+            write!(out, "\"margins\":{{\"diagonal\":{diagonal},\"vertical\":{vertical}")?;
+            if let Some(landmarks) = answer.landmarks {
+                write!(out, ",\"covering_radius\":{}", number(landmarks.covering_radius))?;
+            }
+            out.write_all(b"}")
         }
     }
 }

@@ -14,6 +14,7 @@ mod json;
 use std::fmt;
 use std::io::{self, Write};
 
+use hopes::topology::spaces::Landmarks;
 use hopes::topology::{Edge, Exact, Simplified, Skeleton, View};
 
 use super::picture;
@@ -36,6 +37,8 @@ pub struct Answer<'a> {
     pub rejected: u64,
     /// How metres were made of degrees, if that was so.
     pub projection: Option<&'a Projection>,
+    /// The sample that it is the skeleton of, if it is not of all points.
+    pub landmarks: Option<&'a Landmarks>,
 }
 
 impl Answer<'_> {

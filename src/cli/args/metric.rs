@@ -1,0 +1,152 @@
+//! Options of metric spaces: which distances a skeleton is of.
+//!
+//! In: words of the command line.
+//! Out: a [`SpaceKind`], or none for the plane.
+//! Invariants: options that make no sense in the plane are refused there.
+//! Must not know: input and output.
+
+use clap::{Args, ValueEnum};
+use hopes::topology::spaces::Metric;
+
+use super::embedding::embedding;
+use super::values::{many, scale};
+use crate::cli::Failure;
+use crate::formats::input::space::{DistanceForm, Embedding};
+
+/// Which distances the skeleton is of.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Metric space")]
+pub struct MetricArgs {
+    /// Distances of any space, by its Vietoris-Rips filtration, instead of the plane.
+    #[arg(long, value_enum, value_name = "METRIC")]
+    metric: Option<MetricWord>,
+    /// Stop the filtration at the scale RADIUS: cycles alive there never die.
+    #[arg(long, value_name = "RADIUS", value_parser = scale)]
+    threshold: Option<f64>,
+    /// Take a sample of at most M points, each the farthest from those before; its covering radius is told.
+    #[arg(long, value_name = "M", value_parser = many)]
+    landmarks: Option<std::num::NonZeroUsize>,
+    /// Take one column as a series, and its vectors of D samples, each LAG after the one before, as points.
+    #[arg(long, value_name = "D:LAG", value_parser = embedding)]
+    embed: Option<Embedding>,
+    /// How a matrix of distances is written [default: as its rows show].
+    #[arg(long, value_enum, value_name = "FORM")]
+    distances: Option<DistanceWord>,
+}
+
+/// A metric by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MetricWord {
+    /// The plane, by its alpha filtration.
+    Plane,
+    /// All columns are coordinates; the root of the sum of squares.
+    Euclidean,
+    /// The sum of absolute differences.
+    Manhattan,
+    /// The largest absolute difference.
+    Chebyshev,
+    /// The angle between vectors, in radians.
+    Angular,
+    /// Longitude and latitude in degrees; metres along the Earth.
+    Haversine,
+    /// The file has distances, not points.
+    Matrix,
+}
+
+/// A form of distances by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum DistanceWord {
+    /// All rows and columns.
+    Full,
+    /// Below the diagonal, as Ripser's lower-distance.
+    Lower,
+    /// Above the diagonal, as Ripser's upper-distance.
+    Upper,
+    /// Above the diagonal in one list, as scipy's pdist.
+    Condensed,
+    /// Rows of i, j and distance, counted from 0, as Ripser's sparse.
+    Sparse,
+    /// Below the diagonal, as floats of four bytes, as Ripser's binary.
+    Binary,
+}
+
+/// What a file holds, if it is not of the plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpaceKind {
+    /// Points under a metric; or a series, of which they are made.
+    Points(Metric, Option<Embedding>),
+    /// Distances.
+    Distances(Option<DistanceForm>),
+}
+
+/// How the skeleton of a space is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpaceOptions {
+    /// What the file holds.
+    pub kind: SpaceKind,
+    /// Where the filtration stops; a radius.
+    pub threshold: Option<f64>,
+    /// At most so many points of a sample.
+    pub landmarks: Option<usize>,
+}
+
+impl MetricArgs {
+    /// What they ask for; none for the plane.
+    pub fn options(self) -> Result<Option<SpaceOptions>, Failure> {
+        let Some(kind) = self.kind()? else {
+            return match (self.threshold, self.landmarks) {
+                (Some(_), _) => Err(not_in_the_plane("--threshold")),
+                (_, Some(_)) => Err(not_in_the_plane("--landmarks")),
+                _ => Ok(None),
+            };
+        };
+        let landmarks = self.landmarks.map(std::num::NonZeroUsize::get);
+        Ok(Some(SpaceOptions { kind, threshold: self.threshold, landmarks }))
+    }
+
+    /// A series is of Euclidean vectors, and a form of distances is of distances, if nothing else is said.
+    fn kind(self) -> Result<Option<SpaceKind>, Failure> {
+        let usual = match (self.embed, self.distances) {
+            (Some(_), _) => MetricWord::Euclidean,
+            (_, Some(_)) => MetricWord::Matrix,
+            _ => MetricWord::Plane,
+        };
+        let metric = match self.metric.unwrap_or(usual) {
+            MetricWord::Plane if self.embed.is_some() => return Err(not_in_the_plane("--embed")),
+            MetricWord::Haversine if self.embed.is_some() => {
+                return Err(Failure::usage("--embed makes vectors, not places on the Earth: choose another --metric"));
+            }
+            MetricWord::Matrix if self.embed.is_some() => {
+                return Err(Failure::usage("--embed is for a series of numbers: a matrix has distances"));
+            }
+            MetricWord::Matrix => return Ok(Some(SpaceKind::Distances(self.distances.map(DistanceWord::form)))),
+            _ if self.distances.is_some() => {
+                return Err(Failure::usage("--distances is for --metric matrix: of points, distances are computed"));
+            }
+            MetricWord::Plane => return Ok(None),
+            MetricWord::Euclidean => Metric::Euclidean,
+            MetricWord::Manhattan => Metric::Manhattan,
+            MetricWord::Chebyshev => Metric::Chebyshev,
+            MetricWord::Angular => Metric::Angular,
+            MetricWord::Haversine => Metric::Haversine,
+        };
+        Ok(Some(SpaceKind::Points(metric, self.embed)))
+    }
+}
+
+fn not_in_the_plane(option: &str) -> Failure {
+    Failure::usage(format!("{option} is for metric spaces: say --metric too, such as --metric euclidean"))
+}
+
+impl DistanceWord {
+    fn form(self) -> DistanceForm {
+        match self {
+            Self::Full => DistanceForm::Full,
+            Self::Lower => DistanceForm::Lower,
+            Self::Upper => DistanceForm::Upper,
+            Self::Condensed => DistanceForm::Condensed,
+            Self::Sparse => DistanceForm::Sparse,
+            Self::Binary => DistanceForm::Binary,
+        }
+    }
+}
