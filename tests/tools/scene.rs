@@ -132,7 +132,7 @@ fn the_truth_in_space_has_centres_radii_and_lengths() {
     assert_eq!((lines.len(), points.lines().count()), (4, 3 * 61));
     let header = json!({
         "scene": "torus", "seed": 4, "frames": 3, "noise": 0.1, "churn": 0.05, "points": 60, "dimension": 3,
-        "above": 0.17, "smallest_radius": 0.45 * 0.85,
+        "above": 0.16, "smallest_radius": 0.45 * 0.85,
     });
     assert_eq!(lines[0], header);
     assert_eq!(lines[1]["events"], json!([{"event": "born", "id": 1}, {"event": "born", "id": 2}]));

@@ -29,10 +29,10 @@ const TUBE_PERIOD: f64 = 240.0;
 /// The radius of the tube on which the knot goes around.
 const KNOT_TUBE: f64 = 0.5;
 /// The persistence of true holes of the knot. Where its strands face each other, three more holes begin: their
-/// persistence is up to 0.12.
+/// persistence is up to 0.14.
 const KNOT_ABOVE: f64 = 0.2;
 /// The persistence of true holes of the torus. With 500 points that of holes between points is up to 0.15.
-const TORUS_ABOVE: f64 = 0.17;
+const TORUS_ABOVE: f64 = 0.16;
 
 /// A form.
 #[derive(Clone, Debug)]

@@ -180,7 +180,7 @@ fn ring(place: f64, random: &mut Random) -> (Form, Motion) {
 /// Two rings of radius 1 in planes across each other, on one line. They touch where their centres are 2 apart.
 fn links(random: &mut Random) -> Vec<(Form, Motion)> {
     const FAR: f64 = 3.6;
-    const LINKED: f64 = 1.15;
+    const LINKED: f64 = 1.3;
     let apart = Cycle::new(&[[FAR, 60.0], [FAR, 100.0], [LINKED, 90.0], [LINKED, 100.0]], 0.0);
     let tumble = Tumble::draw(random);
     [-1.0, 1.0].map(|side| (Form::Circle(1.0), Motion::Chained { side, apart: apart.clone(), tumble })).to_vec()

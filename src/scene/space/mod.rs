@@ -22,6 +22,8 @@
 //! | sphere, cube:D | radius 1; side 1 | none |
 //! | delay:D | delay vectors of a sine of amplitude 1, 120 samples a period, lag 3 | the closed curve of a period, if there are so many points |
 //!
+//! Too few points have other holes than the shape: a torus needs 500, links, a knot and a pinch 200.
+//!
 //! Invariants: those of [`super`]. A frame has as many points as are asked for, but for those on parts of a curve that
 //! are not there while it pinches.
 //!
