@@ -264,7 +264,9 @@ def runs(scenes: list[str], seeds: int, noises: Iterable[float]) -> list[Run]:
 
 
 def all_scenes(hopes: str) -> list[str]:
-    return [line.split()[0] for line in run([hopes, "scene", "--list"]).splitlines() if line.strip()]
+    """Those in the plane: the first block of the list."""
+    block, _, _ = run([hopes, "scene", "--list"]).partition("\n\n")
+    return [line.split()[0] for line in block.splitlines()]
 
 
 def list_of(kind: type) -> Any:

@@ -40,8 +40,8 @@ use stage::Stage;
   hopes demo --video --view 127.0.0.1:9000
   hopes demo --frames 60                       ends by itself")]
 pub struct Demo {
-    /// The scene to play; hopes scene --list lists all [default: mixed].
-    #[arg(long, value_name = "NAME", value_parser = scene)]
+    /// The scene to play, one in the plane; hopes scene --list lists all [default: mixed].
+    #[arg(long, value_name = "NAME", value_parser = scene::<Kind>)]
     scene: Option<Kind>,
     /// Play the edges of a film instead.
     #[arg(long, conflicts_with = "scene")]

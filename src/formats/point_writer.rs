@@ -17,12 +17,12 @@ use crate::daemon::BATCH;
 /// How points are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PointForm {
-    /// x,y a line, and a blank line at the end of a frame.
+    /// x,y (or all coordinates) a line, and a blank line at the end of a frame.
     #[default]
     Text,
     /// JSON lines: `{"points":[[x,y],...]}`, and `{"commit":true,"time":t}` at the end of a frame.
     Jsonl,
-    /// Messages of the protocol: Batch and Commit.
+    /// Messages of the protocol: Batch and Commit. They take points in the plane only.
     Bin,
 }
 
@@ -30,6 +30,11 @@ pub enum PointForm {
 pub trait Coordinate: Copy + Display + Serialize + Into<f64> {}
 
 impl<T: Copy + Display + Serialize + Into<f64>> Coordinate for T {}
+
+/// A point: its coordinates.
+pub trait Point<C>: AsRef<[C]> + Serialize {}
+
+impl<C, P: AsRef<[C]> + Serialize> Point<C> for P {}
 
 /// The channel on which messages stand.
 const CHANNEL: u32 = 1;
@@ -45,12 +50,12 @@ pub struct PointWriter<W> {
 /// A line of JSON.
 #[derive(Serialize)]
 #[serde(untagged)]
-enum Line<'a, C> {
+enum Line<'a, P> {
     Retract {
-        retract: &'a [[C; 2]],
+        retract: &'a [P],
     },
     Points {
-        points: &'a [[C; 2]],
+        points: &'a [P],
     },
     Commit {
         commit: bool,
@@ -66,24 +71,24 @@ impl<W: Write> PointWriter<W> {
     }
 
     /// Adds points.
-    pub fn add<C: Coordinate>(&mut self, points: &[[C; 2]]) -> io::Result<()> {
+    pub fn add<C: Coordinate>(&mut self, points: &[impl Point<C>]) -> io::Result<()> {
         match self.form {
-            PointForm::Text => points.iter().try_for_each(|[x, y]| writeln!(self.sink, "{x},{y}")),
+            PointForm::Text => points.iter().try_for_each(|point| self.row(point.as_ref())),
             PointForm::Jsonl => points.chunks(BATCH).try_for_each(|points| self.line(&Line::Points { points })),
             PointForm::Bin => points.chunks(BATCH).try_for_each(|points| {
-                let (points, times, tags) = (pairs(points), Vec::new(), Vec::new());
+                let (points, times, tags) = (pairs(points)?, Vec::new(), Vec::new());
                 self.message(|sequence| Batch { sequence, points, times, tags }.into())
             }),
         }
     }
 
     /// Takes points back; text has no way to say so.
-    pub fn retract<C: Coordinate>(&mut self, points: &[[C; 2]]) -> io::Result<()> {
+    pub fn retract<C: Coordinate>(&mut self, points: &[impl Point<C>]) -> io::Result<()> {
         match self.form {
             PointForm::Text => Ok(()),
             PointForm::Jsonl => points.chunks(BATCH).try_for_each(|retract| self.line(&Line::Retract { retract })),
             PointForm::Bin => points.chunks(BATCH).try_for_each(|points| {
-                let points = pairs(points);
+                let points = pairs(points)?;
                 self.message(|sequence| Retract { sequence, points }.into())
             }),
         }
@@ -93,7 +98,7 @@ impl<W: Write> PointWriter<W> {
     pub fn commit(&mut self, time: Option<f64>) -> io::Result<()> {
         match self.form {
             PointForm::Text => writeln!(self.sink),
-            PointForm::Jsonl => self.line::<f64>(&Line::Commit { commit: true, time }),
+            PointForm::Jsonl => self.line::<[f64; 2]>(&Line::Commit { commit: true, time }),
             PointForm::Bin => self.message(|sequence| Commit { sequence, time }.into()),
         }
     }
@@ -103,7 +108,14 @@ impl<W: Write> PointWriter<W> {
         self.sink.flush()
     }
 
-    fn line<C: Coordinate>(&mut self, line: &Line<'_, C>) -> io::Result<()> {
+    fn row<C: Coordinate>(&mut self, coordinates: &[C]) -> io::Result<()> {
+        for (axis, coordinate) in coordinates.iter().enumerate() {
+            write!(self.sink, "{}{coordinate}", if axis == 0 { "" } else { "," })?;
+        }
+        writeln!(self.sink)
+    }
+
+    fn line<P: Serialize>(&mut self, line: &Line<'_, P>) -> io::Result<()> {
         serde_json::to_writer(&mut self.sink, line)?;
         writeln!(self.sink)
     }
@@ -130,6 +142,14 @@ impl<W: Write> PointWriter<W> {
     }
 }
 
-fn pairs<C: Coordinate>(points: &[[C; 2]]) -> Vec<(f64, f64)> {
-    points.iter().map(|&[x, y]| (x.into(), y.into())).collect()
+fn pairs<C: Coordinate>(points: &[impl Point<C>]) -> io::Result<Vec<(f64, f64)>> {
+    let pair = |point: &_| match AsRef::<[C]>::as_ref(point) {
+        &[x, y] => Ok((x.into(), y.into())),
+        other => {
+            let reason =
+                format!("the protocol's binary form takes points in the plane, not {} coordinates", other.len());
+            Err(io::Error::new(io::ErrorKind::InvalidInput, reason))
+        }
+    };
+    points.iter().map(pair).collect()
 }

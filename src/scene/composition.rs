@@ -7,10 +7,6 @@
 //!
 //! Must not know: points, noise.
 
-use std::str::FromStr;
-
-use thiserror::Error;
-
 use super::motion::{Cycle, Oscillation};
 use super::random::Random;
 use super::shape::{ConcentricRings, Pair, Ring, Shape};
@@ -49,14 +45,6 @@ pub enum Kind {
     Breathe,
     /// All of this in one scene.
     Mixed,
-}
-
-/// A scene of this name does not exist.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("there is no scene {found:?}: choose one of {}", Kind::names())]
-pub struct UnknownScene {
-    /// The name.
-    pub found: String,
 }
 
 impl Kind {
@@ -106,19 +94,6 @@ impl Kind {
             Self::Mixed => ("mixed", "all kinds of events in one plane"),
         }
     }
-
-    fn names() -> String {
-        Self::ALL.map(Self::name).join(", ")
-    }
-}
-
-impl FromStr for Kind {
-    type Err = UnknownScene;
-
-    fn from_str(word: &str) -> Result<Self, UnknownScene> {
-        let kind = Self::ALL.into_iter().find(|kind| kind.name() == word);
-        kind.ok_or_else(|| UnknownScene { found: word.chars().take(40).collect() })
-    }
 }
 
 /// A bar that sweeps along the row again and again.
@@ -152,7 +127,7 @@ pub struct Composition {
 
 /// The directions in which a pair moves.
 #[derive(Clone, Copy)]
-enum PairMotion {
+pub enum PairMotion {
     /// From joined to apart.
     Pinch,
     /// From apart to joined.
@@ -168,8 +143,8 @@ pub fn compose(kind: Kind, random: &mut Random) -> Composition {
     let (places, drift) = match kind {
         Kind::Drift => (each(8, |_| vec![oscillating(random, [1.0, 1.5], 250.0)]), Oscillation::default()),
         Kind::Static => (each(8, |_| vec![Shape::Ring(ring(random))]), Oscillation::default()),
-        Kind::Pinch => (each(4, |share| vec![pair(random, PairMotion::Pinch, share)]), slow),
-        Kind::Fuse => (each(4, |share| vec![pair(random, PairMotion::Fuse, share)]), slow),
+        Kind::Pinch => (each(4, |share| vec![Shape::Pair(pair(random, PairMotion::Pinch, share))]), slow),
+        Kind::Fuse => (each(4, |share| vec![Shape::Pair(pair(random, PairMotion::Fuse, share))]), slow),
         Kind::Open => (each(6, |share| vec![opening(random, share)]), Oscillation::default()),
         Kind::Pass => (each(4, |share| passing(random, share / 2.0)), Oscillation::default()),
         Kind::Vanish => (each(10, |_| vec![vanishing(random)]), Oscillation::default()),
@@ -226,7 +201,8 @@ fn oscillating(random: &mut Random, reach: [f64; 2], period: f64) -> Shape {
     Shape::Ring(Ring { oscillation: Oscillation { reach, periods, phases }, ..ring(random) })
 }
 
-fn pair(random: &mut Random, motion: PairMotion, begin: f64) -> Shape {
+/// Two discs that move like this. They begin at `begin`, a share of their period.
+pub fn pair(random: &mut Random, motion: PairMotion, begin: f64) -> Pair {
     let larger = random.between(0.95, 1.05);
     let [joined, begins, ends, apart] = Pair::STOPS;
     let (nearing, pinching, leaving) = (Pair::NEARING, Pair::PINCHING, Pair::LEAVING);
@@ -246,7 +222,7 @@ fn pair(random: &mut Random, motion: PairMotion, begin: f64) -> Shape {
     let half_turn = if random.unit() < 0.5 { 0.0 } else { 0.5 };
     let axis = direction(half_turn + random.between(-0.05, 0.05));
     let apart = Cycle::new(&legs, begin);
-    Shape::Pair(Pair { radii: [larger, 0.75 * larger], place: [0.0; 2], axis, apart, life })
+    Pair { radii: [larger, 0.75 * larger], place: [0.0; 2], axis, apart, life }
 }
 
 fn opening(random: &mut Random, begin: f64) -> Shape {
@@ -302,7 +278,7 @@ fn breathing(random: &mut Random) -> Shape {
 
 fn everything(random: &mut Random) -> Vec<Vec<Shape>> {
     vec![
-        vec![pair(random, PairMotion::Both, 0.0)],
+        vec![Shape::Pair(pair(random, PairMotion::Both, 0.0))],
         vec![opening(random, 0.0)],
         vec![oscillating(random, [0.5, 1.0], 200.0)],
         vec![polygon(random, 3)],
@@ -311,23 +287,9 @@ fn everything(random: &mut Random) -> Vec<Vec<Shape>> {
         vec![concentric()],
         vec![breathing(random)],
         vec![polygon(random, 5)],
-        vec![pair(random, PairMotion::Both, 0.5)],
+        vec![Shape::Pair(pair(random, PairMotion::Both, 0.5))],
         vec![opening(random, 0.5)],
         vec![Shape::Ring(ring(random))],
         vec![vanishing(random)],
     ]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scenes_have_names() {
-        for kind in Kind::ALL {
-            assert_eq!(kind.name().parse(), Ok(kind));
-        }
-        let error = "pinched".parse::<Kind>().unwrap_err().to_string();
-        assert!(error.contains("no scene \"pinched\"") && error.contains("drift, static, pinch, fuse"), "{error}");
-    }
 }

@@ -1,7 +1,10 @@
 //! Scenes with ground truth: points on moving walls, and the true holes of those walls.
 //!
-//! In: a kind of scene and [`Options`]. Out: an endless sequence of [`Frame`]s. Each has its points, the difference
+//! In: a kind of scene and its options. Out: an endless sequence of [`Frame`]s. Each has its points, the difference
 //! from the previous frame, the true holes with lasting ids, and their events.
+//!
+//! There are three families. A [`Scene`] is in the plane. A [`space::SpaceScene`] is in R^d. A [`signal::Signal`] is a
+//! series of numbers. [`AnyKind`] knows the kinds of all three by name. A scene in the plane:
 //!
 //! ```text
 //! composition ─▶ shapes ─▶ poses of walls ─▶ points on them           ─▶ all points, and the difference
@@ -13,18 +16,25 @@
 //!
 //! Must not know: the topology of clouds, formats, files, clocks.
 
+mod catalog;
 mod composition;
+mod frame;
 mod motion;
 mod random;
+mod samples;
 mod shape;
+pub mod signal;
+pub mod space;
 mod truth;
 mod turn;
 mod wall;
 
 use thiserror::Error;
 
+pub use catalog::{AnyKind, UnknownScene};
+pub use composition::Kind;
 use composition::{Composition, compose};
-pub use composition::{Kind, UnknownScene};
+pub use frame::Frame;
 use random::Random;
 use shape::{Layout, Shape};
 use truth::TruthTracker;
@@ -80,25 +90,23 @@ pub enum OptionError {
     /// [`Options::churn`].
     #[error("a churn of {0}: the share of points that are drawn again must be 0.01 to 1")]
     Churn(f64),
-}
-
-/// A frame of a scene.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Frame {
-    /// Counts frames from 1.
-    pub number: u64,
-    /// Event time, in seconds.
-    pub time: f64,
-    /// All points of the frame.
-    pub points: Vec<[f64; 2]>,
-    /// Points of the previous frame that are no longer there.
-    pub gone: Vec<[f64; 2]>,
-    /// Points that were not in the previous frame.
-    pub come: Vec<[f64; 2]>,
-    /// The true holes, by id.
-    pub holes: Vec<TrueHole>,
-    /// The events of the true holes.
-    pub events: Vec<TrueEvent>,
+    /// [`space::SpaceOptions::points`].
+    #[error("{0} points: it must be 3 to 100000")]
+    Points(u32),
+    /// The dimension of a [`space::SpaceKind`].
+    #[error("{0} coordinates: a cube has 1 to 4096, delay vectors have 2 to 100")]
+    Dimension(usize),
+    /// The points of a frame have too many coordinates in all.
+    #[error("{points} points of {dimension} coordinates: a frame has at most 4000000 coordinates")]
+    Coordinates {
+        /// [`space::SpaceOptions::points`].
+        points: u32,
+        /// Coordinates of a point.
+        dimension: usize,
+    },
+    /// [`signal::SignalOptions::samples`].
+    #[error("{0} samples in a frame: it must be 1 to 120, so that no frame has two changes")]
+    Samples(u32),
 }
 
 /// A running scene.
@@ -172,15 +180,11 @@ impl Scene {
         self.number += 1;
         let moment = self.number as f64;
         self.update_layout(moment);
-        let (holes, events) = self.truth.advance(&self.layout.holes);
-        let time = moment / FRAMES_A_SECOND;
-        let mut frame = Frame { number: self.number, time, holes, events, ..Frame::default() };
-        self.collect_points(moment, &mut frame);
+        let mut frame = Frame::new(self.number, self.truth.advance(&self.layout.holes));
+        let now = self.visible_points(moment);
+        frame.show(&mut self.seen, now);
         if self.options.shuffle {
-            for points in [&mut frame.points, &mut frame.gone, &mut frame.come] {
-                let count = points.len();
-                self.order.choose(points, count);
-            }
+            frame.shuffle(&mut self.order);
         }
         frame
     }
@@ -195,20 +199,11 @@ impl Scene {
         }
     }
 
-    /// Collects the visible points of a frame, and the differences from the previous frame.
-    fn collect_points(&mut self, moment: f64, frame: &mut Frame) {
+    /// Each point of each wall as it is seen in a frame.
+    fn visible_points(&self, moment: f64) -> Vec<Option<[f64; 2]>> {
         let bar = self.composition.sweep.map(|sweep| sweep.at(moment));
         let points = |(wall, pose): (&Wall, &Pose)| wall.points(pose, bar).collect::<Vec<_>>();
-        let seen: Vec<Option<[f64; 2]>> = self.walls.iter().zip(&self.layout.poses).flat_map(points).collect();
-        self.seen.resize(seen.len(), None);
-        for (&before, &now) in self.seen.iter().zip(&seen) {
-            frame.points.extend(now);
-            if before != now {
-                frame.gone.extend(before);
-                frame.come.extend(now);
-            }
-        }
-        self.seen = seen;
+        self.walls.iter().zip(&self.layout.poses).flat_map(points).collect()
     }
 }
 
@@ -221,12 +216,15 @@ impl Options {
         if !DENSITIES.contains(&self.points_per_radius) {
             return Err(OptionError::PointsPerRadius(self.points_per_radius));
         }
-        if !(0.0..=MOST_NOISE).contains(&self.noise) {
-            return Err(OptionError::Noise(self.noise));
-        }
-        if !(LEAST_CHURN..=1.0).contains(&self.churn) {
-            return Err(OptionError::Churn(self.churn));
-        }
-        Ok(())
+        check_noise(self.noise)?;
+        check_churn(self.churn)
     }
+}
+
+fn check_noise(noise: f64) -> Result<(), OptionError> {
+    if (0.0..=MOST_NOISE).contains(&noise) { Ok(()) } else { Err(OptionError::Noise(noise)) }
+}
+
+fn check_churn(churn: f64) -> Result<(), OptionError> {
+    if (LEAST_CHURN..=1.0).contains(&churn) { Ok(()) } else { Err(OptionError::Churn(churn)) }
 }

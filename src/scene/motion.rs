@@ -9,20 +9,27 @@
 use super::turn::wave;
 
 /// A smooth periodic motion around a position: a sine wave in each coordinate.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Oscillation {
-    /// The amplitudes in x and in y.
-    pub reach: [f64; 2],
-    /// The periods in x and in y, in frames.
-    pub periods: [f64; 2],
-    /// The phases in x and in y, in turns.
-    pub phases: [f64; 2],
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oscillation<const D: usize = 2> {
+    /// The amplitude in each coordinate.
+    pub reach: [f64; D],
+    /// The period in each coordinate, in frames.
+    pub periods: [f64; D],
+    /// The phase in each coordinate, in turns.
+    pub phases: [f64; D],
 }
 
-impl Oscillation {
+impl<const D: usize> Default for Oscillation<D> {
+    /// No motion.
+    fn default() -> Self {
+        Self { reach: [0.0; D], periods: [0.0; D], phases: [0.0; D] }
+    }
+}
+
+impl<const D: usize> Oscillation<D> {
     /// The offset in a frame.
-    pub fn at(&self, frame: f64) -> [f64; 2] {
-        [0, 1].map(|axis| match self.reach[axis] {
+    pub fn at(&self, frame: f64) -> [f64; D] {
+        std::array::from_fn(|axis| match self.reach[axis] {
             0.0 => 0.0,
             reach => reach * wave(frame / self.periods[axis] + self.phases[axis]),
         })

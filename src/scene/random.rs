@@ -45,11 +45,11 @@ impl Random {
         ((self.unit() * end as f64) as usize).min(end.saturating_sub(1))
     }
 
-    /// A point of the unit disc, uniformly distributed.
-    pub fn in_disc(&mut self) -> [f64; 2] {
+    /// A point of the unit ball (in the plane: of the unit disc), uniformly distributed.
+    pub fn in_ball<const D: usize>(&mut self) -> [f64; D] {
         loop {
-            let point = [self.between(-1.0, 1.0), self.between(-1.0, 1.0)];
-            if point[0] * point[0] + point[1] * point[1] <= 1.0 {
+            let point: [f64; D] = std::array::from_fn(|_| self.between(-1.0, 1.0));
+            if point.iter().map(|x| x * x).sum::<f64>() <= 1.0 {
                 return point;
             }
         }
@@ -84,7 +84,7 @@ mod tests {
         let mut seen = [0; 7];
         for _ in 0..7000 {
             seen[random.below(7)] += 1;
-            let [x, y] = random.in_disc();
+            let [x, y] = random.in_ball();
             assert!(x * x + y * y <= 1.0);
             assert!((2.0..5.0).contains(&random.between(2.0, 5.0)));
         }

@@ -60,6 +60,34 @@ pub enum TrueEvent {
     },
 }
 
+/// A hole of an ideal shape, whatever space it is in.
+pub trait Ideal {
+    /// What is told of it while it is a true hole.
+    type Hole;
+    /// Death minus birth. 0 if the hole does not exist.
+    fn persistence(&self) -> f64;
+    /// How many places before this hole in the list its partner is: the hole that it splits off from, or merges into.
+    fn partner(&self) -> Option<usize>;
+    /// The true hole with this id.
+    fn named(&self, id: u64) -> Self::Hole;
+}
+
+impl Ideal for IdealHole {
+    type Hole = TrueHole;
+
+    fn persistence(&self) -> f64 {
+        self.persistence
+    }
+
+    fn partner(&self) -> Option<usize> {
+        self.partner
+    }
+
+    fn named(&self, id: u64) -> TrueHole {
+        TrueHole { id, center: self.center, radius: self.radius, orbit: self.orbit }
+    }
+}
+
 /// Assigns lasting ids to holes.
 #[derive(Clone, Debug)]
 pub struct TruthTracker {
@@ -76,15 +104,15 @@ impl TruthTracker {
     }
 
     /// The true holes of the next frame by id, and its events. Every frame has the same number of ideal holes.
-    pub fn advance(&mut self, holes: &[IdealHole]) -> (Vec<TrueHole>, Vec<TrueEvent>) {
+    pub fn advance<I: Ideal>(&mut self, holes: &[I]) -> (Vec<I::Hole>, Vec<TrueEvent>) {
         self.ids.resize(holes.len(), None);
         let before = self.ids.clone();
         let mut events = Vec::new();
         for (slot, ideal) in holes.iter().enumerate() {
-            let is_there = ideal.persistence >= self.above;
+            let is_there = ideal.persistence() >= self.above;
             // The partner is before this hole in the list, so its id is known. A hole can only split from, or merge
             // into, one that exists before and after.
-            let partner = ideal.partner.map(|back| slot - back);
+            let partner = ideal.partner().map(|back| slot - back);
             let partner = partner.and_then(|partner| before[partner].filter(|_| self.ids[partner] == before[partner]));
             match (before[slot], is_there) {
                 (None, true) => {
@@ -100,12 +128,10 @@ impl TruthTracker {
                 _ => {}
             }
         }
-        let hole = |(ideal, id): (&IdealHole, &Option<u64>)| {
-            id.map(|id| TrueHole { id, center: ideal.center, radius: ideal.radius, orbit: ideal.orbit })
-        };
-        let mut holes: Vec<TrueHole> = holes.iter().zip(&self.ids).filter_map(hole).collect();
-        holes.sort_unstable_by_key(|hole| hole.id);
-        (holes, events)
+        let mut there: Vec<(u64, &I)> =
+            self.ids.iter().zip(holes).filter_map(|(&id, ideal)| Some((id?, ideal))).collect();
+        there.sort_unstable_by_key(|&(id, _)| id);
+        (there.into_iter().map(|(id, ideal)| ideal.named(id)).collect(), events)
     }
 }
 

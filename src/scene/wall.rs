@@ -11,6 +11,7 @@
 use std::f64::consts::TAU;
 
 use super::random::Random;
+use super::samples::Samples;
 use super::turn::{direction, distance_squared, moved, turned};
 
 /// The form of a wall. Its size is the radius of the largest disc inside.
@@ -72,6 +73,18 @@ pub struct Pose {
     pub missing: Missing,
 }
 
+impl Pose {
+    /// Whether a place on the wall is in its missing part: `ideal` around a disc of radius 1, `place` in the scene.
+    pub fn is_missing(&self, ideal: [f64; 2], place: [f64; 2]) -> bool {
+        match self.missing {
+            Missing::Nothing => false,
+            Missing::All => true,
+            Missing::Inside(center, radius) => distance_squared(place, center) < radius * radius,
+            Missing::Gap(toward, cosine) => ideal[0] * toward[0] + ideal[1] * toward[1] > cosine,
+        }
+    }
+}
+
 /// The part of a wall that is missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Missing {
@@ -113,7 +126,7 @@ struct Sample {
 
 impl Sample {
     fn draw(random: &mut Random) -> Self {
-        Self { along: random.unit(), noise: random.in_disc() }
+        Self { along: random.unit(), noise: random.in_ball() }
     }
 }
 
@@ -121,49 +134,31 @@ impl Sample {
 #[derive(Clone, Debug)]
 pub struct Wall {
     form: Form,
-    samples: Vec<Sample>,
-    random: Random,
+    samples: Samples<Sample>,
     /// The radius of the noise, relative to the wall's radius.
     noise: f64,
-    /// The fraction of a point that is still to be drawn again.
-    due: f64,
-    /// The indices of the samples, in any order.
-    numbers: Vec<u32>,
 }
 
 impl Wall {
     /// A wall with `density` points in a length of its radius. Noise is the radius of its disc, in radii of the wall.
-    pub fn new(form: Form, density: f64, noise: f64, mut random: Random) -> Self {
+    pub fn new(form: Form, density: f64, noise: f64, random: Random) -> Self {
         let count = ((form.length() * density).round() as u32).max(3);
-        let samples = (0..count).map(|_| Sample::draw(&mut random)).collect();
-        Self { form, samples, random, noise, due: 0.0, numbers: (0..count).collect() }
+        Self { form, samples: Samples::new(count, random, Sample::draw), noise }
     }
 
     /// Draws a share of the points again.
     pub fn churn(&mut self, share: f64) {
-        let due = self.due + share * self.samples.len() as f64;
-        self.due = due - due.floor();
-        let count = (due.floor() as usize).min(self.samples.len());
-        self.random.choose(&mut self.numbers, count);
-        for &number in &self.numbers[..count] {
-            self.samples[number as usize] = Sample::draw(&mut self.random);
-        }
+        self.samples.churn(share, Sample::draw);
     }
 
     /// Every point, in order along the wall. None: it is not visible.
     pub fn points(&self, pose: &Pose, bar: Option<Bar>) -> impl Iterator<Item = Option<[f64; 2]>> {
         let (turn, pieces) = (direction(pose.turns), self.samples.len() as f64);
-        (0..).zip(&self.samples).map(move |(number, sample)| {
+        (0..).zip(self.samples.iter()).map(move |(number, sample)| {
             let ideal = self.form.place((f64::from(number) + sample.along) / pieces);
             let place = |local: [f64; 2]| moved(pose.center, turned(local, turn), pose.radius);
-            let is_missing = match pose.missing {
-                Missing::Nothing => false,
-                Missing::All => true,
-                Missing::Inside(center, radius) => distance_squared(place(ideal), center) < radius * radius,
-                Missing::Gap(toward, cosine) => ideal[0] * toward[0] + ideal[1] * toward[1] > cosine,
-            };
             let seen = place(moved(ideal, sample.noise, self.noise));
-            (!is_missing && !bar.is_some_and(|bar| bar.hides(seen))).then_some(seen)
+            (!pose.is_missing(ideal, place(ideal)) && !bar.is_some_and(|bar| bar.hides(seen))).then_some(seen)
         })
     }
 }
@@ -196,21 +191,6 @@ mod tests {
         let off = |point| (distance_squared(point, POSE.center).sqrt() - 2.0).abs();
         let largest = seen(&wall, &POSE).into_iter().map(off).fold(0.0, f64::max);
         assert!(largest <= 0.2 + 1e-12 && largest > 0.15, "{largest}");
-    }
-
-    #[test]
-    fn churn_draws_exactly_its_share_anew() {
-        let mut wall = Wall::new(Form::Circle, 16.0, 0.1, Random::new(1));
-        let mut changed = 0;
-        for _ in 0..100 {
-            let before = seen(&wall, &POSE);
-            wall.churn(0.105);
-            changed += before.iter().zip(seen(&wall, &POSE)).filter(|(a, b)| *a != b).count();
-        }
-        assert_eq!(changed, (101.0_f64 * 0.105 * 100.0) as usize);
-        let before = seen(&wall, &POSE);
-        wall.churn(1.0);
-        assert!(before.iter().zip(seen(&wall, &POSE)).all(|(a, b)| *a != b));
     }
 
     #[test]

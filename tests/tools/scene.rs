@@ -17,9 +17,11 @@ fn scene(arguments: &str) -> Finished {
 #[test]
 fn scenes_are_listed() {
     let list = scene("--list").text();
-    assert_eq!(list.lines().count(), 13);
+    // In the plane, in R^d, signals.
+    let counts: Vec<usize> = list.split("\n\n").map(|family| family.lines().count()).collect();
+    assert_eq!(counts, [13, 9, 2]);
     assert!(list.starts_with("drift       8 rings drift on smooth paths\n"), "{list}");
-    for line in list.lines() {
+    for line in list.lines().filter(|line| !line.is_empty()) {
         let (name, about) = line.split_once(' ').unwrap();
         assert!(!about.trim().is_empty());
         assert!(!scene(&format!("{name} --frames 1")).text().is_empty());
@@ -92,6 +94,101 @@ fn the_truth_is_written_beside_the_points() {
     assert!(text == fs::read(&points).unwrap() && truth_text == fs::read_to_string(&again).unwrap());
     asked.with(&again).and("--format bin --shuffle").runs().out();
     assert_eq!(truth_text, fs::read_to_string(&again).unwrap());
+}
+
+#[test]
+fn points_have_as_many_coordinates_as_their_space() {
+    for (name, dimension) in [("links", 3), ("torus", 3), ("circle", 2), ("cube:7", 7), ("delay:20", 20)] {
+        let text = scene(&format!("{name} --points 50 --frames 2")).text();
+        let lines = scene(&format!("{name} --points 50 --frames 2 --format jsonl")).text();
+        let frames: Vec<Vec<Vec<f64>>> = text.trim_end().split("\n\n").map(rows).collect();
+        assert!(frames.len() == 2 && frames.iter().all(|frame| frame.len() == 50), "{name}");
+        assert!(frames.iter().flatten().all(|point| point.len() == dimension), "{name}");
+        // The first frame is new as a whole.
+        let lines = json_lines(&lines);
+        assert_eq!(lines[0]["points"], json!(frames[0]), "{name}");
+        assert_eq!(lines[1], json!({"commit": true, "time": 1.0 / 30.0}));
+        assert!(
+            lines[2]["retract"].as_array().unwrap().iter().all(|point| point.as_array().unwrap().len() == dimension)
+        );
+    }
+}
+
+fn rows(frame: &str) -> Vec<Vec<f64>> {
+    frame.lines().map(|line| line.split(',').map(|number| number.parse().unwrap()).collect()).collect()
+}
+
+/// The truth of a scene, line by line, and the text of its points.
+fn with_truth(arguments: &str) -> (Vec<Value>, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = folder.path().join("truth");
+    let points = hopes("scene").and(arguments).and("--truth").with(&truth).runs().text();
+    (json_lines(&fs::read_to_string(&truth).unwrap()), points)
+}
+
+#[test]
+fn the_truth_in_space_has_centres_radii_and_lengths() {
+    let (lines, points) = with_truth("torus --points 60 --frames 3 --seed 4 --churn 0.05");
+    assert_eq!((lines.len(), points.lines().count()), (4, 3 * 61));
+    let header = json!({
+        "scene": "torus", "seed": 4, "frames": 3, "noise": 0.1, "churn": 0.05, "points": 60, "dimension": 3,
+        "above": 0.16, "smallest_radius": 0.45 * 0.85,
+    });
+    assert_eq!(lines[0], header);
+    assert_eq!(lines[1]["events"], json!([{"event": "born", "id": 1}, {"event": "born", "id": 2}]));
+    for line in &lines[1..] {
+        let [middle, tube] = &line["holes"].as_array().unwrap()[..] else { panic!("{line}") };
+        let number = |hole: &Value, key: &str| hole[key].as_f64().unwrap();
+        assert_eq!(middle["center"].as_array().unwrap().len(), 3);
+        assert!((number(middle, "radius") + number(tube, "radius") - 1.0).abs() < 1e-9);
+        assert!(number(middle, "length") > 3.0 && number(middle, "orbit") == 0.0 && number(tube, "orbit") > 0.99);
+        assert_eq!(tube.as_object().unwrap().len(), 5);
+    }
+    let (lines, _) = with_truth("cube:3 --points 10 --frames 1");
+    assert_eq!((&lines[0]["above"], &lines[0]["noise"], &lines[1]["holes"]), (&json!(null), &json!(0.0), &json!([])));
+}
+
+#[test]
+fn the_truth_of_a_signal_has_its_period_while_it_runs() {
+    let (lines, points) = with_truth("gait --points 5 --frames 160 --noise 0");
+    let header = json!({"scene": "gait", "seed": 1, "frames": 160, "noise": 0.0, "samples": 5});
+    assert_eq!(lines[0], header);
+    let samples: Vec<f64> = points.lines().filter(|line| !line.is_empty()).map(|line| line.parse().unwrap()).collect();
+    assert_eq!(samples.len(), 800);
+    let [first, second] = [1, 145].map(|frame| lines[frame]["holes"][0].clone());
+    for (run, since) in [(&first, 1), (&second, 721)] {
+        assert_eq!(run["since"], json!(since));
+        let period = run["period"].as_u64().unwrap() as usize;
+        let run = &samples[since - 1..(since + 400).min(800)];
+        assert!(run.iter().zip(&run[period..]).all(|(a, b)| (a - b).abs() < 1e-9), "{period}");
+    }
+    assert_ne!(first["period"], second["period"]);
+    assert_eq!((&lines[96]["holes"], &lines[97]["holes"]), (&json!([first]), &json!([])));
+    assert_eq!(lines[97]["events"], json!([{"event": "died", "id": 1}]));
+    assert!(samples[480..720].iter().all(|&sample| sample == 0.0));
+}
+
+#[test]
+fn options_of_another_family_are_refused() {
+    for (arguments, words) in [
+        ("drift --points 100", &["drift has no --points", "--points-per-radius"][..]),
+        ("torus --points-per-radius 16", &["torus has no --points-per-radius", "is --points"]),
+        ("torus --points 100 --points-per-radius 16", &["--points"]),
+        ("cube:3 --noise 0.1", &["cube:3 has no --noise", "fill it"]),
+        ("gait --churn 0.1", &["gait has no --churn", "a sample never changes"]),
+        ("gait --shuffle", &["gait has no --shuffle", "the order of samples"]),
+        ("gait --points-per-radius 5", &["gait has no --points-per-radius"]),
+        ("gait --points 121", &["121 samples in a frame", "must be 1 to 120"]),
+        ("torus --points 2", &["2 points", "must be 3 to 100000"]),
+        ("cube:4096 --points 1000", &["1000 points of 4096 coordinates", "at most 4000000"]),
+        ("cube:0", &["no scene \"cube:0\""]),
+        ("delay:101", &["no scene \"delay:101\""]),
+        ("torus --format bin", &["points of 3 coordinates have no binary form", "text or jsonl"]),
+        ("torus -o torus.hopes", &["points of 3 coordinates have no binary form"]),
+    ] {
+        scene(arguments).fails(2, words);
+    }
+    hopes("demo --scene torus").runs().fails(2, &["no scene \"torus\" in the plane", "choose one of drift, static"]);
 }
 
 #[test]

@@ -6,8 +6,9 @@
 //! Must not know: options.
 
 use std::num::{NonZeroU32, NonZeroU64, NonZeroUsize};
+use std::str::FromStr;
 
-use hopes::scene::{Kind, UnknownScene};
+use hopes::scene::UnknownScene;
 use hopes::topology::Window;
 
 /// The rank of a gap, from 1.
@@ -139,8 +140,8 @@ fn is_host(word: &str) -> bool {
     }
 }
 
-/// A scene, by its name.
-pub fn scene(word: &str) -> Result<Kind, String> {
+/// A scene, by its name: of the plane, or of any family.
+pub fn scene<K: FromStr<Err = UnknownScene>>(word: &str) -> Result<K, String> {
     word.parse().map_err(|error: UnknownScene| error.to_string())
 }
 

@@ -9,4 +9,4 @@ mod points;
 mod truth;
 
 pub use points::ScenePoints;
-pub use truth::Truth;
+pub use truth::{Header, Truth, WrittenHole};

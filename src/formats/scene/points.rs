@@ -9,7 +9,7 @@ use std::io::{self, Write};
 
 use hopes::scene::Frame;
 
-use crate::formats::point_writer::{PointForm, PointWriter};
+use crate::formats::point_writer::{Point, PointForm, PointWriter};
 
 /// Writes points.
 pub struct ScenePoints<W> {
@@ -25,7 +25,7 @@ impl<W: Write> ScenePoints<W> {
     }
 
     /// Writes a frame, and closes it.
-    pub fn write(&mut self, frame: &Frame) -> io::Result<()> {
+    pub fn write<P: Point<f64>, H>(&mut self, frame: &Frame<P, H>) -> io::Result<()> {
         if self.has_changes {
             self.writer.retract(&frame.gone)?;
             self.writer.add(&frame.come)?;

@@ -7,38 +7,102 @@
 
 use std::io::{self, Write};
 
+use hopes::scene::signal::{SignalKind, SignalOptions, TrueRun};
+use hopes::scene::space::{SpaceKind, SpaceOptions, SpaceScene, TrueCycle};
 use hopes::scene::{Frame, Kind, Options, Scene, TrueEvent, TrueHole};
 use serde::Serialize;
 
 /// Writes the truth.
 pub struct Truth<W>(W);
 
+/// The first line.
 #[derive(Serialize)]
-struct Header {
-    scene: &'static str,
+pub struct Header {
+    scene: String,
     seed: u64,
     frames: u64,
     noise: f64,
-    churn: f64,
-    points_per_radius: u32,
-    above: f64,
-    smallest_radius: f64,
+    #[serde(flatten)]
+    family: Family,
+}
+
+/// What only the scenes of one family have.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Family {
+    Plane { churn: f64, points_per_radius: u32, above: f64, smallest_radius: f64 },
+    Space { churn: f64, points: u32, dimension: usize, above: Option<f64>, smallest_radius: Option<f64> },
+    Signal { samples: u32 },
+}
+
+impl Header {
+    /// Of a scene in the plane.
+    pub fn of_plane(kind: Kind, options: &Options, frames: u64, scene: &Scene) -> Self {
+        let &Options { seed, points_per_radius, noise, churn, .. } = options;
+        let (above, smallest_radius) = (scene.above(), scene.smallest_radius());
+        let family = Family::Plane { churn, points_per_radius, above, smallest_radius };
+        Self { scene: kind.name().to_owned(), seed, frames, noise, family }
+    }
+
+    /// Of a scene in R^d.
+    pub fn of_space(kind: SpaceKind, options: &SpaceOptions, frames: u64, scene: &SpaceScene) -> Self {
+        let &SpaceOptions { seed, points, noise, churn, .. } = options;
+        let (above, smallest_radius) = (scene.above(), scene.smallest_radius());
+        let family = Family::Space { churn, points, dimension: kind.dimension(), above, smallest_radius };
+        Self { scene: kind.name(), seed, frames, noise, family }
+    }
+
+    /// Of a signal.
+    pub fn of_signal(kind: SignalKind, options: &SignalOptions, frames: u64) -> Self {
+        let &SignalOptions { seed, samples, noise } = options;
+        Self { scene: kind.name().to_owned(), seed, frames, noise, family: Family::Signal { samples } }
+    }
 }
 
 #[derive(Serialize)]
-struct Line {
+struct Line<H> {
     frame: u64,
-    holes: Vec<Hole>,
+    holes: Vec<H>,
     events: Vec<Event>,
 }
 
+/// A true hole that has a form as JSON.
+pub trait WrittenHole {
+    /// What is written of it.
+    type Form<'a>: Serialize
+    where
+        Self: 'a;
+
+    /// The hole in that form.
+    fn form(&self) -> Self::Form<'_>;
+}
+
+/// A hole in the plane.
 #[derive(Serialize)]
-struct Hole {
+pub struct PlaneHole {
     id: u64,
     x: f64,
     y: f64,
     radius: f64,
     orbit: f64,
+}
+
+/// A hole in R^d.
+#[derive(Serialize)]
+pub struct SpaceHole<'a> {
+    id: u64,
+    center: &'a [f64],
+    radius: f64,
+    orbit: f64,
+    length: f64,
+}
+
+/// A run of a signal.
+#[derive(Serialize)]
+pub struct Run {
+    id: u64,
+    period: u32,
+    since: u64,
 }
 
 #[derive(Serialize)]
@@ -57,22 +121,13 @@ impl<W: Write> Truth<W> {
     }
 
     /// The first line.
-    pub fn header(&mut self, kind: Kind, options: &Options, frames: u64, scene: &Scene) -> io::Result<()> {
-        self.line(&Header {
-            scene: kind.name(),
-            seed: options.seed,
-            frames,
-            noise: options.noise,
-            churn: options.churn,
-            points_per_radius: options.points_per_radius,
-            above: scene.above(),
-            smallest_radius: scene.smallest_radius(),
-        })
+    pub fn header(&mut self, header: &Header) -> io::Result<()> {
+        self.line(header)
     }
 
     /// A frame's line.
-    pub fn write(&mut self, frame: &Frame) -> io::Result<()> {
-        let holes = frame.holes.iter().map(hole).collect();
+    pub fn write<P, H: WrittenHole>(&mut self, frame: &Frame<P, H>) -> io::Result<()> {
+        let holes = frame.holes.iter().map(H::form).collect();
         let events = frame.events.iter().map(event).collect();
         self.line(&Line { frame: frame.number, holes, events })
     }
@@ -88,8 +143,31 @@ impl<W: Write> Truth<W> {
     }
 }
 
-fn hole(&TrueHole { id, center: [x, y], radius, orbit }: &TrueHole) -> Hole {
-    Hole { id, x, y, radius, orbit }
+impl WrittenHole for TrueHole {
+    type Form<'a> = PlaneHole;
+
+    fn form(&self) -> PlaneHole {
+        let &Self { id, center: [x, y], radius, orbit } = self;
+        PlaneHole { id, x, y, radius, orbit }
+    }
+}
+
+impl WrittenHole for TrueCycle {
+    type Form<'a> = SpaceHole<'a>;
+
+    fn form(&self) -> SpaceHole<'_> {
+        let &Self { id, ref center, radius, orbit, length, .. } = self;
+        SpaceHole { id, center, radius, orbit, length }
+    }
+}
+
+impl WrittenHole for TrueRun {
+    type Form<'a> = Run;
+
+    fn form(&self) -> Run {
+        let &Self { id, period, since } = self;
+        Run { id, period, since }
+    }
 }
 
 fn event(event: &TrueEvent) -> Event {
