@@ -42,6 +42,8 @@ pub mod space;
 mod text;
 
 #[cfg(test)]
+mod testing;
+#[cfg(test)]
 mod tests;
 
 pub use columns::{Columns, ColumnsError};

@@ -244,18 +244,25 @@ impl Judge {
             Some(Record::Missed(reason)) => Step::Refused(reason),
         };
         let is_broken = reader.has_fault();
-        let field = |coordinate| reader.field(coordinate);
+        let samples = self.ends.len();
         match (&step, &mut self.delays) {
-            (Step::Points { .. } | Step::Retract, None) => self.points(place, field)?,
-            (Step::Points { .. }, Some(_)) => self.samples(place, field, is_broken)?,
-            (Step::Retract, Some(_)) => {
-                self.faults.add(Fault::of_line(BadLineReason::NothingTakenBack));
-                return Ok(Some(Step::Nothing));
+            (Step::Retract, Some(_)) => return Ok(Some(self.leave_out(BadLineReason::NothingTakenBack))),
+            // Nobody knows where in a broken list its gaps are.
+            (Step::Points { .. }, Some(delays)) if is_broken => {
+                delays.interrupt();
+                return Ok(Some(self.leave_out(BadLineReason::BrokenList { samples })));
             }
+            (Step::Points { .. } | Step::Retract, _) => self.judge(place, |coordinate| reader.field(coordinate))?,
             (Step::Refused(_), Some(delays)) => delays.interrupt(),
             _ => {}
         }
         Ok(Some(step))
+    }
+
+    /// The whole line cannot be used.
+    fn leave_out(&mut self, reason: BadLineReason) -> Step {
+        self.faults.add(Fault::of_line(reason));
+        Step::Nothing
     }
 
     fn load<P: AsRef<[f64]>>(&mut self, points: &[P]) {
@@ -267,48 +274,24 @@ impl Judge {
         }
     }
 
-    /// Keeps the good points of a line.
-    fn points(&mut self, place: &dyn Fn() -> String, field: impl Fn(usize) -> Field) -> Result<(), SpaceError> {
+    /// Keeps the good points of a line; of a series, the vectors that end with its samples.
+    fn judge(&mut self, place: &dyn Fn() -> String, field: impl Fn(usize) -> Field) -> Result<(), SpaceError> {
         let mut start = 0;
         for &end in &self.ends {
             let point = &mut self.read[start..end];
             start = end;
-            if point.len() > MOST_COORDINATES {
-                return Err(SpaceError::Dimension { place: place(), found: point.len(), most: MOST_COORDINATES });
+            let found = point.len();
+            if self.delays.is_some() && found != 1 {
+                return Err(SpaceError::Series { place: place(), found });
             }
-            match self.check.take(point) {
-                Ok(()) => self.good.extend_from_slice(point),
-                Err((coordinate, reason)) => self.faults.add(Fault { field: coordinate.map(&field), reason }),
+            if found > MOST_COORDINATES {
+                return Err(SpaceError::Dimension { place: place(), found, most: MOST_COORDINATES });
             }
-        }
-        Ok(())
-    }
-
-    /// Keeps the vectors that end with the samples of a line. Nobody knows where in a broken list its gaps are.
-    fn samples(
-        &mut self,
-        place: &dyn Fn() -> String,
-        field: impl Fn(usize) -> Field,
-        is_broken: bool,
-    ) -> Result<(), SpaceError> {
-        let Some(delays) = &mut self.delays else { return Ok(()) };
-        if is_broken {
-            delays.interrupt();
-            let reason = BadLineReason::BrokenList { samples: self.ends.len() };
-            self.faults.add(Fault::of_line(reason));
-            return Ok(());
-        }
-        let mut start = 0;
-        for &end in &self.ends {
-            let point = &mut self.read[start..end];
-            start = end;
-            if point.len() != 1 {
-                return Err(SpaceError::Series { place: place(), found: point.len() });
-            }
-            match self.check.take(point) {
-                Ok(()) => self.good.extend(delays.push(point[0]).into_iter().flatten()),
-                Err((coordinate, reason)) => {
-                    delays.interrupt();
+            match (self.check.take(point), &mut self.delays) {
+                (Ok(()), None) => self.good.extend_from_slice(point),
+                (Ok(()), Some(delays)) => self.good.extend(delays.push(point[0]).into_iter().flatten()),
+                (Err((coordinate, reason)), delays) => {
+                    delays.iter_mut().for_each(Delays::interrupt);
                     self.faults.add(Fault { field: coordinate.map(&field), reason });
                 }
             }
