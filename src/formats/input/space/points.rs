@@ -78,6 +78,10 @@ pub enum PointRecord<'a> {
     Refused(String),
 }
 
+/// After so many coordinates, the other points of a line come as a record of their own. A long line of samples may
+/// become much more than the line.
+const LONGEST: usize = 1 << 16;
+
 /// Reads points line by line.
 pub struct PointReader<'a> {
     reader: AnyReader<'a>,
@@ -134,7 +138,9 @@ impl<'a> PointReader<'a> {
         if let Some(fault) = self.judge.faults.next() {
             return Ok(Some(PointRecord::Refused(self.said(&fault))));
         }
-        self.place = either!(&self.reader, reader => reader.next_line());
+        if !self.judge.has_points() {
+            self.place = either!(&self.reader, reader => reader.next_line());
+        }
         let place = || format!("{} {}", self.unit, self.place);
         let step = either!(&mut self.reader, reader => self.judge.step(reader, &place))?;
         let coordinates = &self.judge.good;
@@ -150,7 +156,9 @@ impl<'a> PointReader<'a> {
 
     /// Whether the next record is at hand, so that asking for it would not wait for the source.
     pub fn is_ready(&mut self) -> bool {
-        !self.judge.faults.is_empty() || either!(&mut self.reader, reader => reader.is_ready())
+        !self.judge.faults.is_empty()
+            || self.judge.has_points()
+            || either!(&mut self.reader, reader => reader.is_ready())
     }
 
     /// How many coordinates points have, once it is known.
@@ -189,6 +197,7 @@ impl<'a> PointReader<'a> {
 }
 
 /// A record whose points are kept by the judge.
+#[derive(Clone)]
 enum Step {
     Points { time: Option<f64> },
     Retract,
@@ -205,6 +214,9 @@ struct Judge {
     /// The coordinates of the points of a line, and where each point ends.
     read: Vec<f64>,
     ends: Vec<usize>,
+    /// How many of them were judged, and what their line says.
+    judged: usize,
+    line: Step,
     /// The coordinates of those that can be used.
     good: Vec<f64>,
     /// What is wrong with the others.
@@ -213,10 +225,16 @@ struct Judge {
 
 impl Judge {
     fn new(check: Check, delays: Option<Delays>) -> Self {
-        Self { check, delays, read: Vec::new(), ends: Vec::new(), good: Vec::new(), faults: Faults::default() }
+        let (read, ends, good, faults) = (Vec::new(), Vec::new(), Vec::new(), Faults::default());
+        Self { check, delays, read, ends, judged: 0, line: Step::Nothing, good, faults }
     }
 
-    /// Reads a line, and judges its points.
+    /// Whether points of the last line were not judged yet.
+    fn has_points(&self) -> bool {
+        self.judged < self.ends.len()
+    }
+
+    /// Reads a line, and judges its points; or further points of the line before.
     fn step<R: Read, C>(
         &mut self,
         reader: &mut Reader<R, C>,
@@ -227,7 +245,11 @@ impl Judge {
         C::Point: AsRef<[f64]>,
     {
         self.good.clear();
-        let step = match reader.next_record()? {
+        if self.has_points() {
+            self.judge(place, |coordinate| reader.field(coordinate))?;
+            return Ok(Some(self.line.clone()));
+        }
+        self.line = match reader.next_record()? {
             None => return Ok(None),
             Some(Record::Points { points, time }) => {
                 self.load(points);
@@ -245,7 +267,7 @@ impl Judge {
         };
         let is_broken = reader.has_fault();
         let samples = self.ends.len();
-        match (&step, &mut self.delays) {
+        match (&self.line, &mut self.delays) {
             (Step::Retract, Some(_)) => return Ok(Some(self.leave_out(BadLineReason::NothingTakenBack))),
             // Nobody knows where in a broken list its gaps are.
             (Step::Points { .. }, Some(delays)) if is_broken => {
@@ -256,11 +278,12 @@ impl Judge {
             (Step::Refused(_), Some(delays)) => delays.interrupt(),
             _ => {}
         }
-        Ok(Some(step))
+        Ok(Some(self.line.clone()))
     }
 
     /// The whole line cannot be used.
     fn leave_out(&mut self, reason: BadLineReason) -> Step {
+        self.judged = self.ends.len();
         self.faults.add(Fault::of_line(reason));
         Step::Nothing
     }
@@ -268,6 +291,7 @@ impl Judge {
     fn load<P: AsRef<[f64]>>(&mut self, points: &[P]) {
         self.read.clear();
         self.ends.clear();
+        self.judged = 0;
         for point in points {
             self.read.extend_from_slice(point.as_ref());
             self.ends.push(self.read.len());
@@ -276,8 +300,12 @@ impl Judge {
 
     /// Keeps the good points of a line; of a series, the vectors that end with its samples.
     fn judge(&mut self, place: &dyn Fn() -> String, field: impl Fn(usize) -> Field) -> Result<(), SpaceError> {
-        let mut start = 0;
-        for &end in &self.ends {
+        let mut start = self.judged.checked_sub(1).map_or(0, |last| self.ends[last]);
+        for &end in &self.ends[self.judged..] {
+            if self.good.len() >= LONGEST {
+                break;
+            }
+            self.judged += 1;
             let point = &mut self.read[start..end];
             start = end;
             let found = point.len();
