@@ -167,13 +167,8 @@ mod tests {
     use flate2::Compression;
     use flate2::write::GzEncoder;
 
+    use super::super::testing::compressed;
     use super::*;
-
-    fn compressed(text: &str) -> Vec<u8> {
-        let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
-        encoder.write_all(text.as_bytes()).unwrap();
-        encoder.finish().unwrap()
-    }
 
     /// What comes out, and what is said of damage. After that, nothing comes.
     fn read(mut source: impl Read) -> (String, String) {
@@ -187,7 +182,7 @@ mod tests {
 
     #[test]
     fn members_follow_each_other_and_damage_is_told_after_what_was_good() {
-        let good = [compressed("1,2\n"), compressed("3,4\n")].concat();
+        let good = [compressed(b"1,2\n"), compressed(b"3,4\n")].concat();
         let all = "1,2\n3,4\n".to_owned();
         assert_eq!(read(Gzip::new(&good[..])), (all.clone(), String::new()));
         let (text, said) = read(Gzip::new(&good[..good.len() - 3]));

@@ -187,6 +187,7 @@ impl<'de, W: ReadRow> Visitor<'de> for ElementVisitor<W> {
 }
 
 impl ReadRow for Row {
+    #[inline]
     fn read<'de, A: SeqAccess<'de>>(mut source: A) -> Result<Self, A::Error> {
         let mut elements = <[Scalar; 3]>::default();
         let mut length = 0;

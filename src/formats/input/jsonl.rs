@@ -84,6 +84,7 @@ impl JsonPoint for [f64; 2] {
     type Row = Row;
     const MAY_HAVE_Z: bool = false;
 
+    #[inline]
     fn of_array(Row { elements: [x, y, t], length }: Row) -> Result<(Self, Option<f64>), Fault> {
         if !matches!(length, 2 | 3) {
             let reason = BadLineReason::WrongLength { found: length, expected: "[x,y] or [x,y,t]" };
@@ -92,6 +93,7 @@ impl JsonPoint for [f64; 2] {
         Ok(([coordinate(x, Member::X)?, coordinate(y, Member::Y)?], time(t, Member::T)?))
     }
 
+    #[inline]
     fn of_element(row: Row, at: impl Fn(Option<Coordinate>) -> Field) -> Result<Self, Fault> {
         let [x, y, _] = &row.elements;
         if row.length != 2 {

@@ -18,7 +18,8 @@
 //! Layers, each knowing only those before it: `excerpt` and `error` (how to say what is wrong), `format` and
 //! `columns` (what to expect), `lines` (bytes to lines), `separator`, `numbers` and `text` (a table's line to numbers),
 //! `json_literals`, `json_values` and `jsonl` (a JSON line to numbers), `decoding` and `foreign` (compressed files and
-//! those of other programs), `reader` (all of it together).
+//! those of other programs), `reader` (all of it together). They are generic over what columns make, by the traits
+//! `PointColumns` and `JsonPoint`: points of the plane, or of any dimension. The latter are in `space`, with distances.
 
 mod columns;
 mod decoding;
@@ -37,6 +38,8 @@ mod separator;
 pub mod space;
 mod text;
 
+#[cfg(test)]
+mod testing;
 #[cfg(test)]
 mod tests;
 

@@ -10,15 +10,14 @@ use super::error::{BadLine, Fault};
 
 /// What a point is made of: two coordinates in the plane, as many as there are in other spaces.
 pub trait Point: Sized + Clone + Debug {
-    /// The point with these coordinates. In the plane there are two.
-    fn collect(coordinates: impl Iterator<Item = f64>) -> Self;
+    /// The point with so many coordinates, in the plane two, which are counted from 0.
+    fn of(dimension: usize, coordinate: impl Fn(usize) -> f64) -> Self;
 }
 
 impl Point for [f64; 2] {
     #[inline]
-    fn collect(mut coordinates: impl Iterator<Item = f64>) -> Self {
-        // What is missing is no number, which no point has.
-        std::array::from_fn(|_| coordinates.next().unwrap_or(f64::NAN))
+    fn of(_: usize, coordinate: impl Fn(usize) -> f64) -> Self {
+        [coordinate(0), coordinate(1)]
     }
 }
 

@@ -309,7 +309,7 @@ fn text_point<P: Point>(line: &str, places: &FieldPlaces, expected: u64) -> Resu
         word.parse::<f64>().map_err(|_| format!("value {}: {found} is not a number: write one such as 1.5", place + 1))
     };
     let coordinates = places.coordinates.iter().map(|&place| number(place)).collect::<Result<Vec<_>, _>>()?;
-    Ok(Found::Point(P::collect(coordinates.into_iter()), places.time.map(number).transpose()?))
+    Ok(Found::Point(P::of(coordinates.len(), |axis| coordinates[axis]), places.time.map(number).transpose()?))
 }
 
 impl Compressed {

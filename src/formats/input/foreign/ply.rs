@@ -275,7 +275,7 @@ impl Element {
     /// The point of a row that was read whole, if its element has points.
     fn found<P: Point>(&self) -> Option<Found<P>> {
         let (point, time) = self.row.values.split_at(self.dimension?);
-        Some(Found::Point(P::collect(point.iter().copied()), time.first().copied()))
+        Some(Found::Point(P::of(point.len(), |axis| point[axis]), time.first().copied()))
     }
 
     /// Reads on in the present row.

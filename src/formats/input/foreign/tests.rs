@@ -5,30 +5,12 @@ use std::io::{self, Read};
 use proptest::prelude::*;
 
 use super::*;
+use crate::formats::input::testing::{Pieces, doubles, npy};
 use crate::formats::input::{Columns, Format, Limits, Reader, Record, opened};
 
 mod files;
 mod hostile;
 mod signatures;
-
-/// Hands out pieces of the given lengths, over and over.
-struct Pieces<'a> {
-    bytes: &'a [u8],
-    lengths: std::iter::Cycle<std::slice::Iter<'a, usize>>,
-}
-
-impl<'a> Pieces<'a> {
-    fn new(bytes: &'a [u8], lengths: &'a [usize]) -> Self {
-        Self { bytes, lengths: lengths.iter().cycle() }
-    }
-}
-
-impl Read for Pieces<'_> {
-    fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
-        let length = (*self.lengths.next().unwrap()).max(1).min(room.len());
-        self.bytes.read(&mut room[..length])
-    }
-}
 
 /// All that is read: `(1,2)`, `(1,2)@3`, `commit`, or a message; and why it ends, if that is a failure.
 fn read_from(source: impl Read, path: Option<&str>, columns: &str) -> Vec<String> {
@@ -77,14 +59,4 @@ fn read_cut(bytes: &[u8]) -> Vec<String> {
         assert_eq!(read_from(Pieces::new(bytes, lengths), None, ""), whole, "{lengths:?}");
     }
     whole
-}
-
-/// An NPY file of version 1.
-fn npy(header: &str, data: &[u8]) -> Vec<u8> {
-    let length = u16::try_from(header.len() + 1).unwrap().to_le_bytes();
-    [&b"\x93NUMPY\x01\x00"[..], &length, header.as_bytes(), b"\n", data].concat()
-}
-
-fn doubles(values: &[f64]) -> Vec<u8> {
-    values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }

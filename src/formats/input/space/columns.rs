@@ -94,8 +94,8 @@ impl Default for SpaceColumns {
 }
 
 impl Point for Vec<f64> {
-    fn collect(coordinates: impl Iterator<Item = f64>) -> Self {
-        coordinates.collect()
+    fn of(dimension: usize, coordinate: impl Fn(usize) -> f64) -> Self {
+        (0..dimension).map(coordinate).collect()
     }
 }
 

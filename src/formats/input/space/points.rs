@@ -78,6 +78,10 @@ pub enum PointRecord<'a> {
     Refused(String),
 }
 
+/// After so many coordinates, the other points of a line come as a record of their own. A long line of samples may
+/// become much more than the line.
+const LONGEST: usize = 1 << 16;
+
 /// Reads points line by line.
 pub struct PointReader<'a> {
     reader: AnyReader<'a>,
@@ -134,7 +138,9 @@ impl<'a> PointReader<'a> {
         if let Some(fault) = self.judge.faults.next() {
             return Ok(Some(PointRecord::Refused(self.said(&fault))));
         }
-        self.place = either!(&self.reader, reader => reader.next_line());
+        if !self.judge.has_points() {
+            self.place = either!(&self.reader, reader => reader.next_line());
+        }
         let place = || format!("{} {}", self.unit, self.place);
         let step = either!(&mut self.reader, reader => self.judge.step(reader, &place))?;
         let coordinates = &self.judge.good;
@@ -150,7 +156,9 @@ impl<'a> PointReader<'a> {
 
     /// Whether the next record is at hand, so that asking for it would not wait for the source.
     pub fn is_ready(&mut self) -> bool {
-        !self.judge.faults.is_empty() || either!(&mut self.reader, reader => reader.is_ready())
+        !self.judge.faults.is_empty()
+            || self.judge.has_points()
+            || either!(&mut self.reader, reader => reader.is_ready())
     }
 
     /// How many coordinates points have, once it is known.
@@ -189,6 +197,7 @@ impl<'a> PointReader<'a> {
 }
 
 /// A record whose points are kept by the judge.
+#[derive(Clone)]
 enum Step {
     Points { time: Option<f64> },
     Retract,
@@ -205,6 +214,9 @@ struct Judge {
     /// The coordinates of the points of a line, and where each point ends.
     read: Vec<f64>,
     ends: Vec<usize>,
+    /// How many of them were judged, and what their line says.
+    judged: usize,
+    line: Step,
     /// The coordinates of those that can be used.
     good: Vec<f64>,
     /// What is wrong with the others.
@@ -213,10 +225,16 @@ struct Judge {
 
 impl Judge {
     fn new(check: Check, delays: Option<Delays>) -> Self {
-        Self { check, delays, read: Vec::new(), ends: Vec::new(), good: Vec::new(), faults: Faults::default() }
+        let (read, ends, good, faults) = (Vec::new(), Vec::new(), Vec::new(), Faults::default());
+        Self { check, delays, read, ends, judged: 0, line: Step::Nothing, good, faults }
     }
 
-    /// Reads a line, and judges its points.
+    /// Whether points of the last line were not judged yet.
+    fn has_points(&self) -> bool {
+        self.judged < self.ends.len()
+    }
+
+    /// Reads a line, and judges its points; or further points of the line before.
     fn step<R: Read, C>(
         &mut self,
         reader: &mut Reader<R, C>,
@@ -227,7 +245,11 @@ impl Judge {
         C::Point: AsRef<[f64]>,
     {
         self.good.clear();
-        let step = match reader.next_record()? {
+        if self.has_points() {
+            self.judge(place, |coordinate| reader.field(coordinate))?;
+            return Ok(Some(self.line.clone()));
+        }
+        self.line = match reader.next_record()? {
             None => return Ok(None),
             Some(Record::Points { points, time }) => {
                 self.load(points);
@@ -244,71 +266,60 @@ impl Judge {
             Some(Record::Missed(reason)) => Step::Refused(reason),
         };
         let is_broken = reader.has_fault();
-        let field = |coordinate| reader.field(coordinate);
-        match (&step, &mut self.delays) {
-            (Step::Points { .. } | Step::Retract, None) => self.points(place, field)?,
-            (Step::Points { .. }, Some(_)) => self.samples(place, field, is_broken)?,
-            (Step::Retract, Some(_)) => {
-                self.faults.add(Fault::of_line(BadLineReason::NothingTakenBack));
-                return Ok(Some(Step::Nothing));
+        let samples = self.ends.len();
+        match (&self.line, &mut self.delays) {
+            (Step::Retract, Some(_)) => return Ok(Some(self.leave_out(BadLineReason::NothingTakenBack))),
+            // Nobody knows where in a broken list its gaps are.
+            (Step::Points { .. }, Some(delays)) if is_broken => {
+                delays.interrupt();
+                return Ok(Some(self.leave_out(BadLineReason::BrokenList { samples })));
             }
+            (Step::Points { .. } | Step::Retract, _) => self.judge(place, |coordinate| reader.field(coordinate))?,
             (Step::Refused(_), Some(delays)) => delays.interrupt(),
             _ => {}
         }
-        Ok(Some(step))
+        Ok(Some(self.line.clone()))
+    }
+
+    /// The whole line cannot be used.
+    fn leave_out(&mut self, reason: BadLineReason) -> Step {
+        self.judged = self.ends.len();
+        self.faults.add(Fault::of_line(reason));
+        Step::Nothing
     }
 
     fn load<P: AsRef<[f64]>>(&mut self, points: &[P]) {
         self.read.clear();
         self.ends.clear();
+        self.judged = 0;
         for point in points {
             self.read.extend_from_slice(point.as_ref());
             self.ends.push(self.read.len());
         }
     }
 
-    /// Keeps the good points of a line.
-    fn points(&mut self, place: &dyn Fn() -> String, field: impl Fn(usize) -> Field) -> Result<(), SpaceError> {
-        let mut start = 0;
-        for &end in &self.ends {
+    /// Keeps the good points of a line; of a series, the vectors that end with its samples.
+    fn judge(&mut self, place: &dyn Fn() -> String, field: impl Fn(usize) -> Field) -> Result<(), SpaceError> {
+        let mut start = self.judged.checked_sub(1).map_or(0, |last| self.ends[last]);
+        for &end in &self.ends[self.judged..] {
+            if self.good.len() >= LONGEST {
+                break;
+            }
+            self.judged += 1;
             let point = &mut self.read[start..end];
             start = end;
-            if point.len() > MOST_COORDINATES {
-                return Err(SpaceError::Dimension { place: place(), found: point.len(), most: MOST_COORDINATES });
+            let found = point.len();
+            if self.delays.is_some() && found != 1 {
+                return Err(SpaceError::Series { place: place(), found });
             }
-            match self.check.take(point) {
-                Ok(()) => self.good.extend_from_slice(point),
-                Err((coordinate, reason)) => self.faults.add(Fault { field: coordinate.map(&field), reason }),
+            if found > MOST_COORDINATES {
+                return Err(SpaceError::Dimension { place: place(), found, most: MOST_COORDINATES });
             }
-        }
-        Ok(())
-    }
-
-    /// Keeps the vectors that end with the samples of a line. Nobody knows where in a broken list its gaps are.
-    fn samples(
-        &mut self,
-        place: &dyn Fn() -> String,
-        field: impl Fn(usize) -> Field,
-        is_broken: bool,
-    ) -> Result<(), SpaceError> {
-        let Some(delays) = &mut self.delays else { return Ok(()) };
-        if is_broken {
-            delays.interrupt();
-            let reason = BadLineReason::BrokenList { samples: self.ends.len() };
-            self.faults.add(Fault::of_line(reason));
-            return Ok(());
-        }
-        let mut start = 0;
-        for &end in &self.ends {
-            let point = &mut self.read[start..end];
-            start = end;
-            if point.len() != 1 {
-                return Err(SpaceError::Series { place: place(), found: point.len() });
-            }
-            match self.check.take(point) {
-                Ok(()) => self.good.extend(delays.push(point[0]).into_iter().flatten()),
-                Err((coordinate, reason)) => {
-                    delays.interrupt();
+            match (self.check.take(point), &mut self.delays) {
+                (Ok(()), None) => self.good.extend_from_slice(point),
+                (Ok(()), Some(delays)) => self.good.extend(delays.push(point[0]).into_iter().flatten()),
+                (Err((coordinate, reason)), delays) => {
+                    delays.iter_mut().for_each(Delays::interrupt);
                     self.faults.add(Fault { field: coordinate.map(&field), reason });
                 }
             }

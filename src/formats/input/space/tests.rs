@@ -3,9 +3,10 @@
 //! In: texts and files. Out: what is read of them, in few characters.
 //! Must not know: how it is read.
 
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::Path;
 
+use super::super::testing::{Pieces, compressed, doubles, npy};
 use super::*;
 
 mod cut;
@@ -80,39 +81,7 @@ fn taken(settings: &PointSettings, bytes: impl AsRef<[u8]>) -> Vec<String> {
     told
 }
 
-fn compressed(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
-    encoder.write_all(bytes).unwrap();
-    encoder.finish().unwrap()
-}
-
-/// An NPY file of version 1.
-fn npy(header: &str, data: &[u8]) -> Vec<u8> {
-    let length = u16::try_from(header.len() + 1).unwrap().to_le_bytes();
-    [&b"\x93NUMPY\x01\x00"[..], &length, header.as_bytes(), b"\n", data].concat()
-}
-
 fn array(shape: &str, is_fortran: bool, values: &[f64]) -> Vec<u8> {
     let order = if is_fortran { "True" } else { "False" };
-    let data: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-    npy(&format!("{{'descr': '<f8', 'fortran_order': {order}, 'shape': {shape}, }}"), &data)
-}
-
-/// Hands out pieces of the given lengths, over and over.
-struct Pieces<'a> {
-    bytes: &'a [u8],
-    lengths: std::iter::Cycle<std::slice::Iter<'a, usize>>,
-}
-
-impl<'a> Pieces<'a> {
-    fn new(bytes: &'a [u8], lengths: &'a [usize]) -> Self {
-        Self { bytes, lengths: lengths.iter().cycle() }
-    }
-}
-
-impl Read for Pieces<'_> {
-    fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
-        let length = (*self.lengths.next().unwrap()).clamp(1, room.len());
-        self.bytes.read(&mut room[..length])
-    }
+    npy(&format!("{{'descr': '<f8', 'fortran_order': {order}, 'shape': {shape}, }}"), &doubles(values))
 }

@@ -28,7 +28,7 @@ pub enum Found<P> {
 impl<P: Point> Found<P> {
     /// A point of two coordinates, without a time.
     pub fn position(point: [f64; 2]) -> Self {
-        Self::Point(P::collect(point.into_iter()), None)
+        Self::Point(P::of(point.len(), |axis| point[axis]), None)
     }
 }
 

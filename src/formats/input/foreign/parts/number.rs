@@ -51,6 +51,7 @@ impl Number {
     }
 
     /// Reads the number at the beginning of `bytes`, which must be long enough.
+    #[inline]
     pub fn read(self, is_big_endian: bool, bytes: &[u8]) -> f64 {
         let mut raw = [0; LONGEST];
         let own = &mut raw[..self.size()];

@@ -21,6 +21,7 @@ pub struct Cell {
 }
 
 impl Cell {
+    #[inline]
     fn read(self, row: &[u8]) -> f64 {
         self.number.read(self.is_big_endian, &row[self.offset..])
     }
@@ -82,9 +83,10 @@ impl Rows {
         }
     }
 
+    #[inline]
     fn point<P: Point>(&self, row: &[u8]) -> Found<P> {
         let Cells { point, time } = &self.cells;
-        Found::Point(P::collect(point.iter().map(|cell| cell.read(row))), time.map(|time| time.read(row)))
+        Found::Point(P::of(point.len(), |axis| point[axis].read(row)), time.map(|time| time.read(row)))
     }
 
     /// What is missing at the end of the file.
@@ -194,7 +196,7 @@ impl Stripes {
     fn point<P: Point>(&mut self, last: usize, own: f64, found: &mut Queue<P>) {
         let index = usize::try_from(self.points).unwrap_or(usize::MAX);
         let value = |slot: usize| if slot == last { Some(own) } else { self.kept[slot].get(index).copied() };
-        let point = P::collect((0..self.dimension).map(|slot| value(slot).unwrap_or(f64::NAN)));
+        let point = P::of(self.dimension, |slot| value(slot).unwrap_or(f64::NAN));
         let time = if self.kept.len() > self.dimension { value(self.dimension) } else { None };
         found.push_back(Found::Point(point, time));
         self.points += 1;

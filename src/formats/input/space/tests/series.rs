@@ -32,6 +32,23 @@ fn one_column_of_numbers_becomes_vectors() {
 }
 
 #[test]
+fn a_long_list_comes_in_pieces() {
+    let samples: Vec<String> = (0..3000).map(|sample| format!("[{sample}]")).collect();
+    let text = format!("{{\"points\":[{}],\"t\":5}}\n[3000]\n", samples.join(","));
+    let mut reader = PointReader::new(None, text.as_bytes(), &series(1000, 1, None)).unwrap();
+    let (mut last, mut pieces) = (Vec::new(), 0);
+    while let Some(record) = reader.next_record().unwrap() {
+        let PointRecord::Points { coordinates, time } = record else { panic!("all lines are samples") };
+        assert!(coordinates.len() < (1 << 16) + 1000);
+        last.extend(coordinates.chunks(1000).map(|vector| vector[999]));
+        pieces += u32::from(time == Some(5.0));
+        assert_eq!(reader.place(), if last.last() == Some(&3000.0) { "line 2" } else { "line 1" });
+    }
+    assert_eq!(pieces, 31);
+    assert!(last.into_iter().eq((999..=3000).map(f64::from)));
+}
+
+#[test]
 fn no_vector_straddles_a_gap() {
     for bad in ["oops", "nan", "inf", "1,2,3 x"] {
         let text = format!("1\n2\n{bad}\n3\n4\n# a comment is none\n\n5\n");
