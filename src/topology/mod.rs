@@ -12,7 +12,9 @@
 //! # Rooms
 //!
 //! From low to high; a room imports lower ones only. `skeleton`, `frames` and `tracks` do not know the plane: what of a
-//! hole is planar (its centre, its region) comes in as data.
+//! hole is planar (its centre, its region) comes in as data. A skeleton may be of any space: its vertices have any
+//! number of coordinates, or none where only distances are known. Outside of the plane the lengths of its edges are
+//! data too.
 //!
 //! | room | what it is for |
 //! | --- | --- |
@@ -92,8 +94,8 @@
 //! * What is followed in tiles, of any size and on any number of threads, equals one pass.
 //! * Angles, orientations and circles are tested exactly. Which edges are in the skeleton is exact in the lengths as
 //!   doubles have them.
-//! * Values within 1e-12 of the largest death are equal. A dot whose persistence is at most 1e-12 of its death is
-//!   rounding, not topology.
+//! * Values within 1e-12 of the largest finite death are equal. In the plane, a dot whose persistence is at most 1e-12
+//!   of its death is rounding, not topology.
 
 mod base;
 mod cloud;

@@ -198,3 +198,76 @@ impl Follower {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::num::NonZeroU32;
+
+    use super::*;
+    use crate::topology::cloud::{VertexId, Vertices};
+    use crate::topology::frames::{Frame, SimplifiedFollower, Snapshot, Tree};
+    use crate::topology::skeleton::{Dot, Killer, Skeleton, View, simplify};
+
+    /// A ring of vertices with these ids. The edges from odd ids on are longer. The dot of the last edge, which is
+    /// critical, lives up to `death`.
+    fn ring(ids: &[u64], dimension: usize, death: f64) -> Skeleton {
+        let mut vertices = Vertices::default();
+        ids.iter().for_each(|&id| vertices.push(VertexId(id), &[id as f64, 1.0, -2.5][..dimension]));
+        let last = ids.len() as u32 - 1;
+        let half_length = |place: u32| 1.0 + (ids[place as usize] % 2) as f64;
+        let tree = (0..last).map(|place| ([place, place + 1], half_length(place))).collect();
+        let dot = Dot { birth: 2.5, death, edge: [0, last], killer: Killer::None };
+        Skeleton::with_lengths(vertices, tree, vec![dot])
+    }
+
+    fn of_ids<'a>(all: &'a Skeleton, other: &'a Skeleton) -> Vertices {
+        all.vertices().iter().filter(|(id, _)| !other.vertices().ids().contains(id)).collect()
+    }
+
+    #[test]
+    fn views_of_any_space_are_followed() {
+        let rank = NonZeroU32::MIN;
+        for dimension in [0, 1, 3] {
+            let frames = [
+                ring(&[1, 2, 4, 7, 8], dimension, f64::INFINITY),
+                ring(&[2, 4, 5, 8, 11, 12], dimension, 4.5),
+                ring(&[2, 4, 5, 8, 11], dimension, f64::INFINITY),
+            ];
+            let specs = [ViewSpec::Full, ViewSpec::Reduced { alpha: 1.5 }, ViewSpec::Derived { k: rank, l: rank }];
+            for spec in specs {
+                let mut follower = Follower::new(spec);
+                let (mut held, mut old) = (Snapshot::default(), None::<&Skeleton>);
+                for (number, new) in (1..).zip(&frames) {
+                    let change = old.map(|old| {
+                        let (vertices_added, vertices_removed) = (of_ids(new, old), of_ids(old, new));
+                        let change = Change { from: number - 1, vertices_added, vertices_removed, ..Change::default() };
+                        change.with_trees(&Tree::Whole(old), &Tree::Whole(new))
+                    });
+                    let step = follower.advance(number, &mut &*new, change.as_ref());
+                    let wanted = Snapshot::new(new, &View::new(new, spec));
+                    assert_eq!(step.diff, held.diff(&wanted), "{spec:?}");
+                    assert_eq!(step.checksum, wanted.checksum(), "{spec:?}");
+                    (held, old) = (wanted, Some(new));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn simplified_views_of_any_space_are_followed() {
+        for dimension in [0, 1, 3] {
+            let mut follower = SimplifiedFollower::new(ViewSpec::Full, Some(1.2));
+            let mut held = Snapshot::default();
+            for (number, ids) in (1..).zip([&[1, 2, 4, 7, 8][..], &[2, 4, 5, 8, 11, 12], &[2, 4, 5]]) {
+                let skeleton = ring(ids, dimension, 9.0);
+                let frame = Frame { number, time: None, points: 0, skeleton };
+                let step = follower.advance(&frame);
+                let simplified = simplify(&frame.skeleton, &frame.view(ViewSpec::Full), 1.2);
+                let wanted = Snapshot::of_simplified(&frame.skeleton, &simplified);
+                held = held.apply(&step.diff).expect("it starts from what is held");
+                assert_eq!((&held, held.checksum()), (&wanted, step.checksum));
+                assert!(wanted.vertices.len() < ids.len() || ids.len() == 3);
+            }
+        }
+    }
+}

@@ -11,7 +11,7 @@ use crate::topology::cloud::{Cloud, Slot, Vertices};
 use crate::topology::frames::{Diagram, HeldSkeleton, NamedDot};
 use crate::topology::plane::elements::TileDot;
 use crate::topology::plane::tiles::Tiles;
-use crate::topology::skeleton::{Critical, Dot, Killer, Selection, Skeleton, TreeEdgeId, ViewSpec, select};
+use crate::topology::skeleton::{Critical, Dot, Killer, Selection, Skeleton, TreeEdgeId, ViewSpec};
 use crate::topology::tracks::{Detection, DetectionSource, in_order};
 
 /// A whole skeleton.
@@ -40,29 +40,23 @@ impl WholeSkeleton<'_> {
 
 impl HeldSkeleton for WholeSkeleton<'_> {
     fn vertex_count(&self) -> usize {
-        self.skeleton.vertices().len()
+        self.skeleton.vertex_count()
     }
 
     fn vertices(&self) -> Vertices {
-        self.skeleton.vertices().clone()
+        HeldSkeleton::vertices(&self.skeleton)
     }
 
     fn tree_between(&self, low: Option<f64>, high: f64) -> Vec<TreeEdgeId> {
-        let is_between = |edge: &TreeEdgeId| low.is_none_or(|low| edge.scale > low) && edge.scale <= high;
-        let edge = |(edge, scale)| TreeEdgeId { edge: self.skeleton.edge_id(edge), scale };
-        self.skeleton.scaled_tree().map(edge).filter(is_between).collect()
+        self.skeleton.tree_between(low, high)
     }
 
     fn dots_down_to(&self, persistence: f64) -> Vec<Critical> {
-        let found = self.skeleton.unsorted_dots().iter().filter(|dot| dot.persistence() >= persistence);
-        found.map(|dot| self.skeleton.critical(dot)).collect()
+        self.skeleton.dots_down_to(persistence)
     }
 
     fn select(&mut self, spec: ViewSpec) -> Option<Selection> {
-        match spec {
-            ViewSpec::Derived { k, l } => Some(select(self.skeleton, k, l)),
-            ViewSpec::Full | ViewSpec::Reduced { .. } => None,
-        }
+        self.skeleton.select(spec)
     }
 }
 
