@@ -180,6 +180,16 @@ impl World {
             "log.csv",
             (0..60).fold("lon,lat,unix\n".to_owned(), |log, i| log + &format!("{i}.5,{i},{i}\n")).into_bytes(),
         );
+        let place = |i: u32| [i % 7, i % 5, i % 3].map(f64::from);
+        let row = |[x, y, z]: [f64; 3]| format!("{x},{y},{z}\n");
+        write("cloud.csv", (0..40).map(place).map(row).fold("x,y,z\n".to_owned(), |all, row| all + &row).into_bytes());
+        write("distances.csv", b"1\n2,1\n1,2,1\n".to_vec());
+        write("signal.csv", (0..200).map(|i| format!("{}\n", (f64::from(i) / 5.0).sin())).collect::<String>().into_bytes());
+        let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (40, 3), }";
+        let mut vectors = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+        vectors.extend(format!("{header:<117}\n").into_bytes());
+        vectors.extend((1..41).flat_map(place).flat_map(|value| (value + 1.0).to_le_bytes()));
+        write("vectors.npy", vectors);
         let squares = |count: usize| "0,0\n2,0\n2,2\n0,2\n\n0,0\n3,0\n3,3\n0,3\n\n".repeat(count);
         write("points.txt", squares(1).into_bytes());
         write("points", squares(1).into_bytes());

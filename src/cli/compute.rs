@@ -32,12 +32,17 @@ use crate::formats::skeleton::{Answer, OutputFormat};
 use panels::{Cut, PanelWord, panel};
 use source::Source;
 
-/// Compute the skeleton of a file of points, or of the edges of a picture, once.
+/// Compute the skeleton of a file of points or distances, or of the edges of a picture, once.
 ///
 /// Reads a table (comma, semicolon, tab or blank separated, with or without a header line, # comments) or JSON lines:
 /// [x,y], {"x":..,"y":..} or {"points":[[x,y],...]}; also JSON arrays, GeoJSON, NPY, PLY, PCD, and all of these
 /// compressed by gzip. Of a picture (PNG, JPEG) the points are its edge pixels, as of
 /// hopes edges. Writes the persistence diagram, the minimum spanning tree and the chosen view of the skeleton.
+///
+/// Points are of the plane, by their alpha filtration. With --metric they are of any space, or distances, by the
+/// Vietoris-Rips filtration: an edge enters at half its length, a triangle with its longest edge. Births and deaths are
+/// half of what Ripser prints. Lengths are doubles, summed in the order of the coordinates, and only compared, so in
+/// these doubles the answer is exact. A sweep takes at most 65536 points.
 #[derive(Debug, Args)]
 #[command(
     after_help = EXAMPLES,
@@ -94,7 +99,11 @@ const EXAMPLES: &str = "Examples:
   hopes compute photo.jpg -o fig.svg --panels image,cloud,diagram,skeleton,simplified -k 7 -l 4
   hopes compute points.csv -o two.png --panels skeleton:1:1,skeleton:3:2
   hopes compute scan.tsv --columns lon,lat --project -k 2 --simplify --format geojson
-  produce | hopes compute - --alpha 0.5                    the reduced skeleton at the scale 0.5";
+  produce | hopes compute - --alpha 0.5                    the reduced skeleton at the scale 0.5
+  hopes compute cloud.csv --metric euclidean --columns x,y,z   the Vietoris-Rips skeleton of points in space
+  hopes compute distances.csv --metric matrix --threshold 2    of distances, up to the scale 2
+  hopes compute signal.csv --embed 3:8 --format dots           cycles of a series: what repeats in it
+  hopes compute vectors.npy --metric angular --landmarks 2000  of a sample that covers a large cloud";
 
 const KEYS: &str = "Keys of the JSON output:
   points      how many distinct positions
@@ -110,12 +119,19 @@ const KEYS: &str = "Keys of the JSON output:
               k, l, ds, vs and margins
   simplified  with --simplify: threshold, vertices [x,y], edges [i,j]
 
+With --metric: "filtration":"rips" and the dimension; vertices have as many coordinates, or are the
+numbers of the points of a matrix; a dot has death_edge [i,j] in the place of a hole. A dot that
+never dies has the death null. With --landmarks: how many, and covering_radius, the distance within
+which every point has a landmark. It stands in margins too: noise below a margin less it leaves the
+gaps of the whole cloud the chosen ones.
+
 Margins say how much noise on every point leaves the chosen gaps the chosen ones. A gap that is
 not there counts as width 0. An infinite number is null: vs of a cloud without dots, the vertical
 margin for l = 1.
 
 A line of the CSV output: kind,i,j,x1,y1,x2,y2,length,birth,death,persistence
-A line of dots: birth,death,persistence,i,j,x1,y1,x2,y2,center_x,center_y,radius,shown";
+A line of dots: birth,death,persistence,i,j,x1,y1,x2,y2,center_x,center_y,radius,shown
+Without two coordinates: kind,i,j,length,birth,death,persistence and birth,death,persistence,i,j,shown";
 
 /// A skeleton, and what is told of it.
 struct Computed {
