@@ -51,6 +51,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! A [`Skeleton`](topology::Skeleton) may also be of any finite metric space, by its Vietoris-Rips filtration:
+//!
+//! ```
+//! use hopes::topology::spaces::{Matrix, Workspace};
+//! use hopes::topology::{Skeleton, numbered};
+//!
+//! // Four points on a cycle of length 4, by their distances: d(1,0), d(2,0), d(2,1), d(3,0), d(3,1), d(3,2).
+//! let space = Matrix::from_lower(4, &[1.0, 2.0, 1.0, 1.0, 2.0, 1.0])?;
+//! let skeleton = Skeleton::of_space(&space, &numbered(4), None, &mut Workspace::default());
+//! let [dot] = skeleton.dots() else { panic!("one cycle") };
+//! assert_eq!((dot.birth, dot.death), (0.5, 1.0));
+//! # Ok::<(), hopes::topology::spaces::SpaceError>(())
+//! ```
+//!
 //! # The mathematics in one minute
 //!
 //! Grow a disc around every point. Components merge: the edges at which they do are the minimum spanning tree. Cycles

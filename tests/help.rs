@@ -184,7 +184,10 @@ impl World {
         let row = |[x, y, z]: [f64; 3]| format!("{x},{y},{z}\n");
         write("cloud.csv", (0..40).map(place).map(row).fold("x,y,z\n".to_owned(), |all, row| all + &row).into_bytes());
         write("distances.csv", b"1\n2,1\n1,2,1\n".to_vec());
-        write("signal.csv", (0..200).map(|i| format!("{}\n", (f64::from(i) / 5.0).sin())).collect::<String>().into_bytes());
+        write(
+            "signal.csv",
+            (0..200).map(|i| format!("{}\n", (f64::from(i) / 5.0).sin())).collect::<String>().into_bytes(),
+        );
         let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (40, 3), }";
         let mut vectors = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
         vectors.extend(format!("{header:<117}\n").into_bytes());

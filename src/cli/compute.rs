@@ -119,7 +119,7 @@ const KEYS: &str = "Keys of the JSON output:
               k, l, ds, vs and margins
   simplified  with --simplify: threshold, vertices [x,y], edges [i,j]
 
-With --metric: "filtration":"rips" and the dimension; vertices have as many coordinates, or are the
+With --metric: filtration (rips) and dimension; vertices have as many coordinates, or are the
 numbers of the points of a matrix; a dot has death_edge [i,j] in the place of a hole. A dot that
 never dies has the death null. With --landmarks: how many, and covering_radius, the distance within
 which every point has a landmark. It stands in margins too: noise below a margin less it leaves the

@@ -31,7 +31,7 @@ pub struct MetricArgs {
     embed: Option<Embedding>,
     /// How a matrix of distances is written [default: as its rows show].
     #[arg(long, value_enum, value_name = "FORM")]
-    distances: Option<DistanceWord>,
+    distances: Option<DistanceForm>,
 }
 
 /// A metric by its name.
@@ -51,23 +51,6 @@ enum MetricWord {
     Haversine,
     /// The file has distances, not points.
     Matrix,
-}
-
-/// A form of distances by its name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum DistanceWord {
-    /// All rows and columns.
-    Full,
-    /// Below the diagonal, as Ripser's lower-distance.
-    Lower,
-    /// Above the diagonal, as Ripser's upper-distance.
-    Upper,
-    /// Above the diagonal in one list, as scipy's pdist.
-    Condensed,
-    /// Rows of i, j and distance, counted from 0, as Ripser's sparse.
-    Sparse,
-    /// Below the diagonal, as floats of four bytes, as Ripser's binary.
-    Binary,
 }
 
 /// What a file holds, if it is not of the plane.
@@ -119,7 +102,7 @@ impl MetricArgs {
             MetricWord::Matrix if self.embed.is_some() => {
                 return Err(Failure::usage("--embed is for a series of numbers: a matrix has distances"));
             }
-            MetricWord::Matrix => return Ok(Some(SpaceKind::Distances(self.distances.map(DistanceWord::form)))),
+            MetricWord::Matrix => return Ok(Some(SpaceKind::Distances(self.distances))),
             _ if self.distances.is_some() => {
                 return Err(Failure::usage("--distances is for --metric matrix: of points, distances are computed"));
             }
@@ -136,17 +119,4 @@ impl MetricArgs {
 
 fn not_in_the_plane(option: &str) -> Failure {
     Failure::usage(format!("{option} is for metric spaces: say --metric too, such as --metric euclidean"))
-}
-
-impl DistanceWord {
-    fn form(self) -> DistanceForm {
-        match self {
-            Self::Full => DistanceForm::Full,
-            Self::Lower => DistanceForm::Lower,
-            Self::Upper => DistanceForm::Upper,
-            Self::Condensed => DistanceForm::Condensed,
-            Self::Sparse => DistanceForm::Sparse,
-            Self::Binary => DistanceForm::Binary,
-        }
-    }
 }

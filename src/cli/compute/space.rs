@@ -17,7 +17,7 @@ use crate::cli::args::{SpaceKind, SpaceOptions};
 use crate::cli::{files, progress};
 use crate::daemon::InputErrors;
 use crate::formats::input::space::{
-    Coordinates, Notice, PointSettings, Space as SpaceRead, SpaceColumns, read_distances, read_points,
+    Coordinates, Notice, PointSettings, Space as SpaceRead, SpaceColumns, SpaceError, read_distances, read_points,
 };
 use crate::formats::input::{Columns, Format};
 
@@ -52,10 +52,10 @@ pub fn frame(
     input_errors: &mut InputErrors,
 ) -> Result<SpaceFrame, Failure> {
     let most = if options.landmarks.is_some() { MOST_SAMPLED } else { MAX_VERTICES };
-    let read = read(source, options.kind, most, input_errors)?;
+    let read = read(source, options.kind, most, progress, input_errors)?;
     progress.set_message("computing the skeleton");
     progress.enable_steady_tick(progress::TICK);
-    let Named { mut space, mut names, points } = named(options.kind, read)?;
+    let Named { mut space, mut names, points } = with_names(options.kind, read)?;
     let distinct = names.len();
     let sample = options.landmarks.map(|most| landmarks(space.distances(), most));
     if let Some(sample) = &sample {
@@ -79,6 +79,7 @@ fn read(
     source: &SpaceSource,
     kind: SpaceKind,
     most: usize,
+    progress: &ProgressBar,
     input_errors: &mut InputErrors,
 ) -> Result<SpaceRead, Failure> {
     let path = (!files::is_pipe(source.file)).then_some(source.file);
@@ -91,12 +92,17 @@ fn read(
             }
         }
     };
-    let bytes = files::open(source.file)?;
+    let bytes = progress.wrap_read(files::open(source.file)?);
     let read = match kind {
         SpaceKind::Points(metric, embedding) => {
             let coordinates = coordinates(metric, source.columns)?;
             let settings = PointSettings { format: source.format, coordinates, wants_times: false, embedding };
-            read_points(path, bytes, &settings, most, &mut notice).map(|read| read.space)
+            read_points(path, bytes, &settings, most, &mut notice).map(|read| {
+                if read.gaps > 0 {
+                    tracing::warn!("the series is interrupted at {} places: no vector goes across them", read.gaps);
+                }
+                read.space
+            })
         }
         SpaceKind::Distances(form) => {
             if source.columns.is_some() {
@@ -107,7 +113,16 @@ fn read(
     };
     match stop {
         Some(stop) => Err(stop.into()),
-        None => Ok(read?),
+        None => read.map_err(|error| of_file(source.file, error)),
+    }
+}
+
+/// An error of a file, which says which.
+fn of_file(file: &Path, error: SpaceError) -> Failure {
+    let failure = Failure::from(error);
+    match files::name(file) {
+        Some(name) => failure.of(&name),
+        None => failure,
     }
 }
 
@@ -133,7 +148,7 @@ struct Named {
     points: usize,
 }
 
-fn named(kind: SpaceKind, read: SpaceRead) -> Result<Named, Failure> {
+fn with_names(kind: SpaceKind, read: SpaceRead) -> Result<Named, Failure> {
     let metric = if let SpaceKind::Points(metric, _) = kind { metric } else { Metric::Euclidean };
     Ok(match read {
         SpaceRead::Points { coordinates, .. } if coordinates.is_empty() => {

@@ -156,8 +156,16 @@ mod tests {
         let view = View::new(skeleton, ViewSpec::Full);
         let simplified = simplify(skeleton, &View::new(skeleton, ViewSpec::Reduced { alpha: 2.2 }), 0.6);
         let simplified = Some((0.6, &simplified));
-        let answer =
-            Answer { name: None, skeleton, view: &view, simplified, duplicates: 1, rejected: 2, projection: None };
+        let answer = Answer {
+            name: None,
+            skeleton,
+            view: &view,
+            simplified,
+            duplicates: 1,
+            rejected: 2,
+            projection: None,
+            landmarks: None,
+        };
         let mut bytes = Vec::new();
         format.write(&answer, &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()

@@ -17,8 +17,8 @@ impl Skeleton {
     /// The skeleton of a finite metric space by its Vietoris-Rips filtration (Kurlin 2015, section 2), up to the scale
     /// `threshold`, a radius. Cycles that are alive there never die.
     ///
-    /// `names` has the vertices in the order of the space, with any ids; without coordinates where there are none. Those
-    /// of one point under two names are represented by the first. The workspace may be that of the frame before.
+    /// `names` has the vertices in the order of the space, with any ids; without coordinates where there are none.
+    /// Those of one point under two names are represented by the first. The workspace may be that of the frame before.
     ///
     /// # Panics
     /// If there are not as many names as vertices, or more than [`MAX_VERTICES`](rips::MAX_VERTICES).

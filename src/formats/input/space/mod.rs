@@ -29,8 +29,8 @@ pub use columns::SpaceColumns;
 pub use distances::{DistanceForm, read_distances};
 pub use embedding::Embedding;
 pub use error::SpaceError;
-pub use points::{Coordinates, PointReader, PointRecord, PointSettings};
-pub use whole::{PointsRead, read_points};
+pub use points::{Coordinates, PointSettings};
+pub use whole::read_points;
 
 /// The most coordinates of a point.
 pub const MOST_COORDINATES: usize = 4096;

@@ -154,13 +154,6 @@ impl<'a> PointReader<'a> {
         }))
     }
 
-    /// Whether the next record is at hand, so that asking for it would not wait for the source.
-    pub fn is_ready(&mut self) -> bool {
-        !self.judge.faults.is_empty()
-            || self.judge.has_points()
-            || either!(&mut self.reader, reader => reader.is_ready())
-    }
-
     /// How many coordinates points have, once it is known.
     pub fn dimension(&self) -> Option<usize> {
         let own = self.judge.check.dimension();
@@ -175,11 +168,6 @@ impl<'a> PointReader<'a> {
     /// Where the last record stands: its line, or in files without lines its point or element.
     pub fn place(&self) -> String {
         format!("{} {}", self.unit, self.place)
-    }
-
-    /// How many bytes of the source have been used.
-    pub fn bytes_read(&self) -> u64 {
-        either!(&self.reader, reader => reader.bytes_read())
     }
 
     /// What was chosen without being asked for, for people; once, after it is known.

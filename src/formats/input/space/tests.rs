@@ -7,6 +7,8 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use super::super::testing::{Pieces, compressed, doubles, npy};
+use super::points::{PointReader, PointRecord};
+use super::whole::PointsRead;
 use super::*;
 
 mod cut;

@@ -246,8 +246,8 @@ fn sample(space: &dyn Distances) -> Vec<f64> {
     // Multiples of two irrational numbers, as fractions of 2^32: no two vertices are preferred together.
     let spread = |number: u64, step: u64| (number.wrapping_mul(step) >> 32) & 0xffff_ffff;
     let pair = |number: u64| {
-        let a = spread(number, 0x9e37_79b9_7f4a_7c15) * count >> 32;
-        let b = (a + 1 + (spread(number, 0xd1b5_4a32_d192_ed03) * (count - 1) >> 32)) % count;
+        let a = (spread(number, 0x9e37_79b9_7f4a_7c15) * count) >> 32;
+        let b = (a + 1 + ((spread(number, 0xd1b5_4a32_d192_ed03) * (count - 1)) >> 32)) % count;
         Pair::new(0.0, a as u32, b as u32)
     };
     let mut lengths: Vec<f64> = (1..=SAMPLES).map(pair).map(|pair| space.length(pair.a, pair.b)).collect();

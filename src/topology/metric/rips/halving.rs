@@ -64,10 +64,10 @@ impl Halving<'_> {
             while common != 0 {
                 let c = self.placement.vertex(word as u32 * 64 + common.trailing_zeros());
                 (0..step).for_each(|_| common &= common.wrapping_sub(1));
-                if let Some(longer) = self.longer_half(edge, c) {
-                    if best.is_none_or(|(length, _)| longer < length) {
-                        best = Some((longer, c));
-                    }
+                if let Some(longer) = self.longer_half(edge, c)
+                    && best.is_none_or(|(length, _)| longer < length)
+                {
+                    best = Some((longer, c));
                 }
             }
         }

@@ -170,7 +170,7 @@ impl Lunes {
                 *star = lune & row;
                 *left &= !row;
             }
-            let part = absorb(star, &mut self.parts, &mut self.spare, |part, star| meet(part, star));
+            let part = absorb(star, &mut self.parts, &mut self.spare, meet);
             self.parts.push(part);
         }
     }

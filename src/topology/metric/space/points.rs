@@ -179,8 +179,7 @@ fn check(metric: Metric, dimension: usize, coordinates: &[f64]) -> Result<(), Sp
     if !coordinates.len().is_multiple_of(dimension) {
         return Err(SpaceError::Ragged { values: coordinates.len(), dimension });
     }
-    // A NaN is not at most anything.
-    match coordinates.iter().position(|value| !(value.abs() <= MAX_MAGNITUDE)) {
+    match coordinates.iter().position(|value| value.is_nan() || value.abs() > MAX_MAGNITUDE) {
         Some(at) => {
             Err(SpaceError::Coordinate { point: at / dimension, coordinate: at % dimension, value: coordinates[at] })
         }
