@@ -3,6 +3,7 @@
 //! In: dots that are added or removed.
 //! Out: [`Selection`]s, as [`gaps`](crate::topology::skeleton::gaps) gives them.
 //! Invariants: a selection equals that of the whole diagram. Every dot of at least the persistence `least` is sorted.
+//! All dots die, as those of the plane do.
 //! Must not know: edges other than critical ones, views.
 //!
 //! The most persistent dots are sorted. All others are counted in buckets of equal width. No gap between counted dots

@@ -49,6 +49,16 @@ pub struct Diff {
 /// Why a diff does not fit a snapshot: it starts from another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum ApplyError {
+    /// A vertex to add is of another space.
+    #[error(
+        "the diff is not of this snapshot's space: it adds vertices of {diff} coordinates to vertices of {snapshot}"
+    )]
+    Dimension {
+        /// The number of coordinates of the snapshot's vertices.
+        snapshot: usize,
+        /// The number of coordinates of the vertices that the diff adds.
+        diff: usize,
+    },
     /// A vertex to remove is missing, or one to add is there.
     #[error("the diff does not start from this snapshot: vertex {} is {}", .0.0, there(*.1))]
     Vertex(VertexId, Presence),
@@ -171,6 +181,10 @@ impl Snapshot {
     /// # Errors
     /// [`ApplyError`] when the diff starts from another snapshot.
     pub fn apply(&self, diff: &Diff) -> Result<Snapshot, ApplyError> {
+        let (old, added) = (&self.vertices, &diff.vertices_added);
+        if !old.is_empty() && !added.is_empty() && old.dimension() != added.dimension() {
+            return Err(ApplyError::Dimension { snapshot: old.dimension(), diff: added.dimension() });
+        }
         Ok(Snapshot {
             vertices: patch(
                 self.vertices.iter(),
@@ -388,6 +402,15 @@ mod tests {
         let there = Diff { tree_added: old.tree.clone(), ..Diff::default() };
         let error = old.apply(&there).unwrap_err();
         assert_eq!(error.to_string(), "the diff does not start from this snapshot: tree edge 1-2 is there already");
+    }
+
+    #[test]
+    fn a_diff_from_another_space_is_refused() {
+        let plane = snapshot(&[1, 2], &[], &[]);
+        let vertices_added: Vertices = [(VertexId(3), &[0.0; 3][..])].into_iter().collect();
+        let diff = Diff { vertices_added, ..Diff::default() };
+        assert_eq!(plane.apply(&diff), Err(ApplyError::Dimension { snapshot: 2, diff: 3 }));
+        assert!(Snapshot::default().apply(&diff).is_ok(), "nothing is of any space");
     }
 
     /// The checksum is part of the interface: these values must not change.
