@@ -193,11 +193,16 @@ pub fn options(of_window: Option<wire::Window>, resolution: Option<f64>) -> Resu
 /// Which of the protocol's reasons a refusal has.
 pub fn refusal_code(refusal: &Refusal) -> wire::RefusalCode {
     match refusal {
-        Refusal::Coordinate(_) => wire::RefusalCode::Coordinate,
+        Refusal::Coordinate(_)
+        | Refusal::Dimension(_)
+        | Refusal::OtherDimension { .. }
+        | Refusal::NotACoordinate { .. }
+        | Refusal::Latitude(_)
+        | Refusal::NoDirection => wire::RefusalCode::Coordinate,
         Refusal::NoTime => wire::RefusalCode::NoTime,
         Refusal::TimeNotFinite(_) => wire::RefusalCode::TimeNotFinite,
         Refusal::TooLate { .. } | Refusal::Unconfirmed { .. } | Refusal::Outdated { .. } => wire::RefusalCode::TooLate,
-        Refusal::NotThere { .. } => wire::RefusalCode::NotThere,
-        Refusal::Full(_) => wire::RefusalCode::StreamFull,
+        Refusal::NotThere { .. } | Refusal::Absent(_) => wire::RefusalCode::NotThere,
+        Refusal::Full(_) | Refusal::TooMany(_) => wire::RefusalCode::StreamFull,
     }
 }

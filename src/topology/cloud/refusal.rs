@@ -4,8 +4,11 @@
 //! Out: [`Refusal`], whose text is written for the producer of the point.
 //! Invariant: a refused point changes nothing.
 
+use std::fmt;
+
 use thiserror::Error;
 
+use super::coordinates::{MAX_DIMENSION, MAX_MAGNITUDE};
 use super::position::CoordinateError;
 use crate::topology::base::Exact;
 
@@ -69,7 +72,74 @@ pub enum Refusal {
         /// Second coordinate.
         y: f64,
     },
+    /// No point of R^d is there to retract.
+    #[error("there is no point at {0} to retract")]
+    Absent(FirstCoordinates),
+    /// No coordinates, or more than are supported.
+    #[error("the point has {0} coordinates: it must have 1 to {MAX_DIMENSION}; reduce the dimension first")]
+    Dimension(usize),
+    /// The points of a stream are in one space.
+    #[error(
+        "the point has {found} coordinates, but those of this stream have {expected}: send points of one dimension"
+    )]
+    OtherDimension {
+        /// Its number of coordinates.
+        found: usize,
+        /// That of the stream's points.
+        expected: usize,
+    },
+    /// NaN, an infinity, or so large that squares overflow.
+    #[error(
+        "coordinate {number} is {value:e}: it must be finite and at most {MAX_MAGNITUDE:e}; \
+        leave the point out or mend its source"
+    )]
+    NotACoordinate {
+        /// Its number in the point, from 1.
+        number: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A latitude beyond a pole.
+    #[error("the latitude is {0}: it must be from -90 to 90; send longitude, then latitude, in degrees")]
+    Latitude(f64),
+    /// A vector without a direction.
+    #[error("the point is zero, so it has no angle to other points: leave it out or choose another metric")]
+    NoDirection,
+    /// As many distinct positions as the stream may have.
+    #[error(
+        "the stream has {0} distinct points, as many as it may: use a window or a resolution that keeps fewer, \
+        or raise max-vertices"
+    )]
+    TooMany(usize),
     /// The cloud holds 2^32 - 2 vertices.
     #[error("the cloud is full ({0} distinct positions): use a window or a resolution")]
     Full(usize),
+}
+
+/// The first coordinates of a point, enough to recognise it by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstCoordinates {
+    first: [f64; 3],
+    dimension: usize,
+}
+
+impl From<&[f64]> for FirstCoordinates {
+    fn from(coordinates: &[f64]) -> Self {
+        let mut first = [0.0; 3];
+        first.iter_mut().zip(coordinates).for_each(|(first, value)| *first = *value);
+        Self { first, dimension: coordinates.len() }
+    }
+}
+
+impl fmt::Display for FirstCoordinates {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let shown = self.dimension.min(self.first.len());
+        for (place, &value) in self.first[..shown].iter().enumerate() {
+            write!(f, "{}{}", if place == 0 { "(" } else { ", " }, Exact(value))?;
+        }
+        match self.dimension - shown {
+            0 => f.write_str(")"),
+            more => write!(f, " and {more} more)"),
+        }
+    }
 }

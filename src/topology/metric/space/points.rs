@@ -10,11 +10,9 @@
 //! dimension. Points of few coordinates also stand one by one, for single lengths.
 
 use super::Distances;
-use super::error::{MAX_DIMENSION, SpaceError};
+use super::error::SpaceError;
 use super::measure::{LANES, Lane, Metric};
-
-/// The largest magnitude of a coordinate: squares of differences of larger ones may overflow when they are summed.
-const MAX_MAGNITUDE: f64 = 1e150;
+use crate::topology::cloud::MAX_MAGNITUDE;
 
 /// So many coordinates are few.
 const FEW: usize = 4;
@@ -170,12 +168,7 @@ impl Distances for Points {
 }
 
 fn check(metric: Metric, dimension: usize, coordinates: &[f64]) -> Result<(), SpaceError> {
-    if !(1..=MAX_DIMENSION).contains(&dimension) {
-        return Err(SpaceError::Dimension(dimension));
-    }
-    if metric == Metric::Haversine && dimension != 2 {
-        return Err(SpaceError::NotOnTheSphere(dimension));
-    }
+    metric.check_dimension(dimension)?;
     if !coordinates.len().is_multiple_of(dimension) {
         return Err(SpaceError::Ragged { values: coordinates.len(), dimension });
     }
