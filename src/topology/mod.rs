@@ -5,7 +5,7 @@
 //! Invariants: see [below](#what-holds-throughout).
 //! Must not know: clocks, channels, sockets, files, prints.
 //!
-//! [`Pipeline`] is the engine of one stream. The mathematics, an example and a glossary are on the
+//! [`Pipeline`] is the engine of one stream in the plane, [`SpacePipeline`] of one in another metric space. The mathematics, an example and a glossary are on the
 //! [front page](crate). Terms are those of V. Kurlin, "A one-dimensional homologically persistent skeleton of an
 //! unstructured point cloud in any metric space", Computer Graphics Forum 34(5), 2015. All scales are radii.
 //!
@@ -110,11 +110,12 @@ mod tracks;
 
 pub use base::Exact;
 pub use cloud::{
-    Admission, Axis, CONFIRMING, Cloud, CloudChange, Confirmation, CoordinateError, MAX_COORDINATE, MIN_COORDINATE,
-    Position, Refusal, Restart, Slot, Staging, Vertex, VertexId, Vertices, Window,
+    Admission, Axis, CONFIRMING, Cloud, CloudChange, Confirmation, CoordinateError, Coordinates, FirstCoordinates,
+    MAX_COORDINATE, MIN_COORDINATE, Position, Refusal, Restart, Site, Slot, Staging, Vertex, VertexId, Vertices,
+    Window,
 };
 pub use frames::{ApplyError, Checksum, Diff, Follower, Frame, Presence, SimplifiedFollower, Snapshot, Step};
-pub use pipeline::{Contradiction, Options, Pipeline, Stage, Tracker, numbered};
+pub use pipeline::{Contradiction, Options, Pipeline, SpaceOptions, SpacePipeline, Stage, Tracker, numbered};
 pub use plane::elements::DIAGONAL;
 pub use plane::holes::{BoundaryVertex, Region};
 pub use skeleton::{

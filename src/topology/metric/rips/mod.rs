@@ -106,6 +106,13 @@ impl Workspace {
             self.placement = self.placement.carried(before);
         }
     }
+
+    /// About how many bytes it takes.
+    pub fn bytes(&self) -> usize {
+        self.lunes.iter().map(Lunes::bytes).sum::<usize>()
+            + self.batch.capacity() * size_of::<Packed>()
+            + self.buckets.bytes()
+    }
 }
 
 /// Computes the filtration up to the length `limit`.
