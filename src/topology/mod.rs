@@ -5,9 +5,10 @@
 //! Invariants: see [below](#what-holds-throughout).
 //! Must not know: clocks, channels, sockets, files, prints.
 //!
-//! [`Pipeline`] is the engine of one stream in the plane, [`SpacePipeline`] of one in another metric space. The mathematics, an example and a glossary are on the
-//! [front page](crate). Terms are those of V. Kurlin, "A one-dimensional homologically persistent skeleton of an
-//! unstructured point cloud in any metric space", Computer Graphics Forum 34(5), 2015. All scales are radii.
+//! [`Pipeline`] is the engine of one stream in the plane, [`SpacePipeline`] of one in another metric space. The
+//! mathematics, an example and a glossary are on the [front page](crate). Terms are those of V. Kurlin, "A
+//! one-dimensional homologically persistent skeleton of an unstructured point cloud in any metric space", Computer
+//! Graphics Forum 34(5), 2015. All scales are radii.
 //!
 //! # Rooms
 //!
@@ -19,7 +20,7 @@
 //! | room | what it is for |
 //! | --- | --- |
 //! | `base` | sorting by numeric keys, lists shared between threads (the only file with `rayon`), accurate sums |
-//! | `cloud` | which points are there: positions, windows, duplicates, what changed |
+//! | `cloud` | which points are there: positions in the plane or in R^d, windows, duplicates, what changed |
 //! | `metric` | tree and dots of any metric space: lengths, the Vietoris-Rips sweep |
 //! | `plane` | tree and dots of a cloud: geometry, Delaunay (with `spade`), filtration, reduction, holes, tiles |
 //! | `skeleton` | what a skeleton is: dots, tree, gaps, views, cycles, simplification, ranking |
@@ -111,8 +112,8 @@ mod tracks;
 pub use base::Exact;
 pub use cloud::{
     Admission, Axis, CONFIRMING, Cloud, CloudChange, Confirmation, CoordinateError, Coordinates, FirstCoordinates,
-    MAX_COORDINATE, MIN_COORDINATE, Position, Refusal, Restart, Site, Slot, Staging, Vertex, VertexId, Vertices,
-    Window,
+    MAX_COORDINATE, MIN_COORDINATE, PointError, Position, Refusal, Restart, Site, Slot, Staging, Vertex, VertexId,
+    Vertices, Window,
 };
 pub use frames::{ApplyError, Checksum, Diff, Follower, Frame, Presence, SimplifiedFollower, Snapshot, Step};
 pub use pipeline::{Contradiction, Options, Pipeline, SpaceOptions, SpacePipeline, Stage, Tracker, numbered};

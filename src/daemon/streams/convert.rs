@@ -193,12 +193,7 @@ pub fn options(of_window: Option<wire::Window>, resolution: Option<f64>) -> Resu
 /// Which of the protocol's reasons a refusal has.
 pub fn refusal_code(refusal: &Refusal) -> wire::RefusalCode {
     match refusal {
-        Refusal::Coordinate(_)
-        | Refusal::Dimension(_)
-        | Refusal::OtherDimension { .. }
-        | Refusal::NotACoordinate { .. }
-        | Refusal::Latitude(_)
-        | Refusal::NoDirection => wire::RefusalCode::Coordinate,
+        Refusal::Coordinate(_) | Refusal::Point(_) => wire::RefusalCode::Coordinate,
         Refusal::NoTime => wire::RefusalCode::NoTime,
         Refusal::TimeNotFinite(_) => wire::RefusalCode::TimeNotFinite,
         Refusal::TooLate { .. } | Refusal::Unconfirmed { .. } | Refusal::Outdated { .. } => wire::RefusalCode::TooLate,

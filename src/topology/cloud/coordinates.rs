@@ -8,15 +8,10 @@
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
+use super::point_error::PointError;
 use super::refusal::Refusal;
 use super::site::{Site, finish};
-
-/// The largest number of coordinates of a point.
-pub const MAX_DIMENSION: usize = 4096;
-
-/// The largest magnitude of a coordinate outside of the plane: squares of differences of larger ones may overflow when
-/// they are summed.
-pub const MAX_MAGNITUDE: f64 = 1e150;
+use crate::topology::base::{MAX_DIMENSION, MAX_MAGNITUDE};
 
 /// A point of R^d.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,15 +21,15 @@ impl Coordinates {
     /// The point with these coordinates; a negative zero becomes zero.
     ///
     /// # Errors
-    /// [`Refusal::Dimension`] without coordinates or with more than [`MAX_DIMENSION`]; [`Refusal::NotACoordinate`] if
+    /// [`PointError::Dimension`] without coordinates or with more than [`MAX_DIMENSION`]; [`PointError::Coordinate`] if
     /// one is not finite or exceeds [`MAX_MAGNITUDE`].
-    pub fn new(coordinates: &[f64]) -> Result<Self, Refusal> {
+    pub fn new(coordinates: &[f64]) -> Result<Self, PointError> {
         if !(1..=MAX_DIMENSION).contains(&coordinates.len()) {
-            return Err(Refusal::Dimension(coordinates.len()));
+            return Err(PointError::Dimension(coordinates.len()));
         }
         let is_wrong = |value: &f64| value.is_nan() || value.abs() > MAX_MAGNITUDE;
         if let Some(at) = coordinates.iter().position(is_wrong) {
-            return Err(Refusal::NotACoordinate { number: at + 1, value: coordinates[at] });
+            return Err(PointError::Coordinate { number: at + 1, value: coordinates[at] });
         }
         // -0.0 + 0.0 is 0.0: equal points then have equal bits.
         Ok(Self(coordinates.iter().map(|value| value + 0.0).collect()))
@@ -66,7 +61,7 @@ impl Site for Coordinates {
     }
 
     fn on_grid(self, step: f64) -> Result<Self, Refusal> {
-        Self::new(&self.0.iter().map(|value| (value / step).round() * step).collect::<Vec<_>>())
+        Ok(Self::new(&self.0.iter().map(|value| (value / step).round() * step).collect::<Vec<_>>())?)
     }
 
     fn not_there(&self) -> Refusal {

@@ -9,6 +9,8 @@ mod clocks;
 mod coordinates;
 mod expiry;
 mod limit;
+mod planar;
+mod point_error;
 mod position;
 mod refusal;
 mod site;
@@ -20,7 +22,8 @@ mod window;
 
 pub use admission::{Admission, Restart};
 pub use clocks::Confirmation;
-pub use coordinates::{Coordinates, MAX_DIMENSION, MAX_MAGNITUDE};
+pub use coordinates::Coordinates;
+pub use point_error::PointError;
 pub use position::{
     Axis, CoordinateError, Located, MAX_COORDINATE, MIN_COORDINATE, Position, half_length_squared, quarter_square,
 };

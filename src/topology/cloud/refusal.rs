@@ -8,7 +8,7 @@ use std::fmt;
 
 use thiserror::Error;
 
-use super::coordinates::{MAX_DIMENSION, MAX_MAGNITUDE};
+use super::point_error::PointError;
 use super::position::CoordinateError;
 use crate::topology::base::Exact;
 
@@ -21,6 +21,9 @@ pub enum Refusal {
     /// The position is outside the limits of exact arithmetic.
     #[error(transparent)]
     Coordinate(#[from] CoordinateError),
+    /// It is no point of the stream's space.
+    #[error(transparent)]
+    Point(#[from] PointError),
     /// A time window needs an event time.
     #[error(
         "the point has no event time, nor has the commit of its frame, and none is known yet: \
@@ -75,36 +78,6 @@ pub enum Refusal {
     /// No point of R^d is there to retract.
     #[error("there is no point at {0} to retract")]
     Absent(FirstCoordinates),
-    /// No coordinates, or more than are supported.
-    #[error("the point has {0} coordinates: it must have 1 to {MAX_DIMENSION}; reduce the dimension first")]
-    Dimension(usize),
-    /// The points of a stream are in one space.
-    #[error(
-        "the point has {found} coordinates, but those of this stream have {expected}: send points of one dimension"
-    )]
-    OtherDimension {
-        /// Its number of coordinates.
-        found: usize,
-        /// That of the stream's points.
-        expected: usize,
-    },
-    /// NaN, an infinity, or so large that squares overflow.
-    #[error(
-        "coordinate {number} is {value:e}: it must be finite and at most {MAX_MAGNITUDE:e}; \
-        leave the point out or mend its source"
-    )]
-    NotACoordinate {
-        /// Its number in the point, from 1.
-        number: usize,
-        /// Its value.
-        value: f64,
-    },
-    /// A latitude beyond a pole.
-    #[error("the latitude is {0}: it must be from -90 to 90; send longitude, then latitude, in degrees")]
-    Latitude(f64),
-    /// A vector without a direction.
-    #[error("the point is zero, so it has no angle to other points: leave it out or choose another metric")]
-    NoDirection,
     /// As many distinct positions as the stream may have.
     #[error(
         "the stream has {0} distinct points, as many as it may: use a window or a resolution that keeps fewer, \

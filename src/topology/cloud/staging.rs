@@ -129,22 +129,6 @@ impl<S: Site> Staging<S> {
     }
 }
 
-impl Cloud {
-    /// [`stage_site`](Self::stage_site) for a position.
-    ///
-    /// # Errors [`Refusal`]; nothing has changed then.
-    pub fn stage(&mut self, staging: &mut Staging, x: f64, y: f64, time: Option<f64>) -> Result<VertexId, Refusal> {
-        self.stage_site(staging, Position::new(x, y)?, time)
-    }
-
-    /// [`stage_retraction_of`](Self::stage_retraction_of) for a position.
-    ///
-    /// # Errors [`Refusal`]; nothing has changed then.
-    pub fn stage_retraction(&mut self, staging: &mut Staging, x: f64, y: f64) -> Result<(), Refusal> {
-        self.stage_retraction_of(staging, Position::new(x, y)?)
-    }
-}
-
 impl<S: Site> Cloud<S> {
     /// Has a point wait for its source's commit, which dates it if it has no time of its own. Returns the vertex at its
     /// site, which may be one that is not there yet.

@@ -84,28 +84,6 @@ pub struct Cloud<S = Position> {
     pub(super) frame: u64,
 }
 
-impl Cloud {
-    /// [`insert_site`](Self::insert_site) for a position.
-    ///
-    /// # Errors [`Refusal`]; the cloud is then unchanged.
-    pub fn insert(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<Slot, Refusal> {
-        self.insert_site(Position::new(x, y)?, time)
-    }
-
-    /// [`retract_site`](Self::retract_site) for a position.
-    ///
-    /// # Errors [`Refusal`]; the cloud is then unchanged.
-    pub fn retract(&mut self, x: f64, y: f64) -> Result<Slot, Refusal> {
-        self.retract_site(Position::new(x, y)?)
-    }
-
-    /// The position of the vertex in a slot; of the last one, if it is gone.
-    #[inline]
-    pub fn position(&self, slot: Slot) -> Position {
-        *self.site(slot)
-    }
-}
-
 impl<S: Site> Cloud<S> {
     /// An empty cloud; `resolution` snaps coordinates to a grid of that step.
     pub fn new(window: Window, resolution: Option<f64>) -> Self {

@@ -7,7 +7,7 @@
 
 use thiserror::Error;
 
-use crate::topology::cloud::MAX_DIMENSION;
+use crate::topology::base::MAX_DIMENSION;
 
 /// Why points or distances are refused.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]

@@ -10,7 +10,7 @@
 //! compare squares of chords, and only what is shown is an angle or an arc.
 
 use super::error::SpaceError;
-use crate::topology::cloud::MAX_DIMENSION;
+use crate::topology::base::MAX_DIMENSION;
 
 /// The mean radius of the Earth in metres (IUGG).
 pub const EARTH_RADIUS: f64 = 6_371_008.8;

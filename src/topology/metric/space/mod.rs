@@ -16,7 +16,7 @@ mod measure;
 mod points;
 mod table;
 
-pub use crate::topology::cloud::MAX_DIMENSION;
+pub use crate::topology::base::MAX_DIMENSION;
 pub use error::SpaceError;
 pub use graph::Graph;
 pub use landmarks::{Landmarks, landmarks};

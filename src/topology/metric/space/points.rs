@@ -12,7 +12,7 @@
 use super::Distances;
 use super::error::SpaceError;
 use super::measure::{LANES, Lane, Metric};
-use crate::topology::cloud::MAX_MAGNITUDE;
+use crate::topology::base::MAX_MAGNITUDE;
 
 /// So many coordinates are few.
 const FEW: usize = 4;

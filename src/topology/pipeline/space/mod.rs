@@ -4,9 +4,9 @@
 //! In: points and commits.
 //! Out: whole [`Frame`]s, or [`Step`]s from frame to frame, and rankings.
 //! Invariants: a frame shows the cloud as of its commit. Its skeleton is computed once, however often and in whatever
-//! views it is asked for, from scratch but in warm memory: it depends on the cloud alone. All points have one dimension.
-//! A refused point changes nothing. In a full cloud, the points that leave at the next commit at the latest make room
-//! for those that come.
+//! views it is asked for. It is computed from scratch, but in warm memory, so it depends on the cloud alone. All points
+//! have one dimension. A refused point changes nothing. In a full cloud, the points that leave at the next commit at
+//! the latest make room for those that come.
 //! Must not know: threads, clocks, formats, the plane.
 
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use super::check::Contradiction;
 use super::one_pass;
 use super::progress::Progress;
 use super::stage::{Stage, StageHook};
-use crate::topology::cloud::{Admission, Cloud, Coordinates, Refusal, Staging, VertexId, Vertices, Window};
+use crate::topology::cloud::{Admission, Cloud, Coordinates, PointError, Refusal, Staging, VertexId, Vertices, Window};
 use crate::topology::frames::{Change, Follower, Frame, SimplifiedFollower, Step};
 use crate::topology::metric::rips::{MAX_VERTICES, Workspace};
 use crate::topology::metric::space::{Metric, Points, SpaceError};
@@ -231,7 +231,7 @@ impl SpacePipeline {
 
     /// What changed in a simplified view up to the newest frame, unless the follower is up to date.
     pub fn poll_simplified(&mut self, follower: &mut SimplifiedFollower) -> Option<Step> {
-        (follower.frame() < self.progress.committed).then(|| follower.advance(&*self.reach()))
+        (follower.frame() < self.progress.committed).then(|| follower.advance(&self.reach()))
     }
 
     /// The most persistent dots of the newest frame, at most `most`. Takes time in proportion to all dots.
@@ -303,12 +303,12 @@ impl SpacePipeline {
     /// A point of the stream's space.
     fn site(&self, point: &[f64]) -> Result<Coordinates, Refusal> {
         if let Some(expected) = self.dimension.filter(|&expected| expected != point.len()) {
-            return Err(Refusal::OtherDimension { found: point.len(), expected });
+            return Err(PointError::OtherDimension { found: point.len(), expected }.into());
         }
         let site = self.cloud.place_of(Coordinates::new(point)?)?;
         match self.metric.check_point(0, site.as_slice()) {
-            Err(SpaceError::Latitude { value, .. }) => Err(Refusal::Latitude(value)),
-            Err(_) => Err(Refusal::NoDirection),
+            Err(SpaceError::Latitude { value, .. }) => Err(PointError::Latitude(value).into()),
+            Err(_) => Err(PointError::NoDirection.into()),
             Ok(()) => Ok(site),
         }
     }

@@ -158,7 +158,11 @@ fn play(options: SpaceOptions, script: Vec<Action>) -> Result<(), TestCaseError>
                 match pipeline.feed_point(&point, Some(now)) {
                     Ok(_) => model.feed(point, now),
                     Err(refusal) => {
-                        prop_assert!(matches!(refusal, Refusal::TooLate { .. } | Refusal::NoDirection), "{}", refusal);
+                        prop_assert!(
+                            matches!(refusal, Refusal::TooLate { .. } | Refusal::Point(PointError::NoDirection)),
+                            "{}",
+                            refusal
+                        );
                         now -= later;
                     }
                 }
@@ -250,10 +254,13 @@ proptest! {
 #[test]
 fn a_stream_has_the_dimension_of_its_first_point() {
     let mut pipeline = SpacePipeline::new(SpaceOptions::default()).unwrap();
-    assert!(matches!(pipeline.feed_point(&[1.0, f64::NAN], None), Err(Refusal::NotACoordinate { number: 2, .. })));
+    assert!(matches!(
+        pipeline.feed_point(&[1.0, f64::NAN], None),
+        Err(Refusal::Point(PointError::Coordinate { number: 2, .. }))
+    ));
     assert_eq!(pipeline.dimension(), None);
     pipeline.feed_point(&[1.0, 2.0, 3.0], None).unwrap();
-    let other = Err(Refusal::OtherDimension { found: 2, expected: 3 });
+    let other = Err(PointError::OtherDimension { found: 2, expected: 3 }.into());
     assert_eq!(pipeline.feed_point(&[1.0, 2.0], None), other);
     assert_eq!(pipeline.stage_point(&mut Staging::default(), &[1.0, 2.0], None), other);
     assert_eq!((pipeline.dimension(), pipeline.point_count()), (Some(3), 1));
@@ -263,10 +270,10 @@ fn a_stream_has_the_dimension_of_its_first_point() {
 fn points_without_distances_are_refused() {
     let of = |metric| SpaceOptions { metric, resolution: Some(1.0), ..Default::default() };
     let mut sphere = SpacePipeline::new(of(Metric::Haversine)).unwrap();
-    assert_eq!(sphere.feed_point(&[10.0, 91.0], None), Err(Refusal::Latitude(91.0)));
-    assert_eq!(sphere.feed_point(&[10.0], None), Err(Refusal::OtherDimension { found: 1, expected: 2 }));
+    assert_eq!(sphere.feed_point(&[10.0, 91.0], None), Err(PointError::Latitude(91.0).into()));
+    assert_eq!(sphere.feed_point(&[10.0], None), Err(PointError::OtherDimension { found: 1, expected: 2 }.into()));
     let mut angles = SpacePipeline::new(of(Metric::Angular)).unwrap();
-    assert_eq!(angles.feed_point(&[0.25, -0.25], None), Err(Refusal::NoDirection));
+    assert_eq!(angles.feed_point(&[0.25, -0.25], None), Err(PointError::NoDirection.into()));
     let wrong = |metric, dimension| SpacePipeline::new(SpaceOptions { dimension: Some(dimension), ..of(metric) }).err();
     assert_eq!(wrong(Metric::Haversine, 3), Some(SpaceError::NotOnTheSphere(3)));
     assert_eq!(wrong(Metric::Euclidean, 4097), Some(SpaceError::Dimension(4097)));
