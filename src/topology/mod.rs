@@ -127,7 +127,9 @@ pub use tracks::{Changed, EventKind, Track, TrackEvent, TrackId, TrackOptions, T
 
 /// Finite metric spaces, of which [`Skeleton::of_space`] makes skeletons.
 pub mod spaces {
-    pub use super::metric::rips::{MAX_VERTICES, Pair, Persistence, Workspace, persistence};
+    pub use super::metric::rips::{
+        Class, ClosedWalk, MAX_VERTICES, Pair, Persistence, Workspace, persistence, persistence_and_classes,
+    };
     pub use super::metric::space::{
         Distances, EARTH_RADIUS, Graph, Landmarks, MAX_DIMENSION, Matrix, Metric, Points, Space, SpaceError, landmarks,
     };

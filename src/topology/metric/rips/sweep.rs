@@ -40,8 +40,15 @@ pub struct Sweep<'s> {
 }
 
 impl<'s> Sweep<'s> {
-    /// Before the first edge. Graphs may be those of another sweep of as many vertices.
-    pub fn new(space: &'s dyn Distances, placement: Placement, mut lunes: Vec<Lunes>, threads: usize) -> Self {
+    /// Before the first edge. Graphs may be those of another sweep of as many vertices. Classes may have to remember
+    /// what births became.
+    pub fn new(
+        space: &'s dyn Distances,
+        placement: Placement,
+        mut lunes: Vec<Lunes>,
+        threads: usize,
+        classes: Classes,
+    ) -> Self {
         let count = space.count();
         lunes.retain(|lunes| lunes.graph().count() == count);
         lunes.iter_mut().for_each(Lunes::clear);
@@ -55,7 +62,7 @@ impl<'s> Sweep<'s> {
             tree: Vec::new(),
             births: Vec::new(),
             deaths: Vec::new(),
-            classes: Classes::default(),
+            classes,
         }
     }
 
