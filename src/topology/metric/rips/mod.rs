@@ -196,8 +196,8 @@ impl<'s> Run<'s> {
         }
     }
 
-    /// Sweeps. If it ends before the limit since nothing is alive from there on, returns the length up to which all pairs
-    /// were added.
+    /// Sweeps. If it ends before the limit since nothing is alive from there on, returns the length up to which all
+    /// pairs were added.
     fn sweep(&mut self) -> Option<f64> {
         while !self.batches.is_empty() {
             let is_first = self.sweep.is_none();

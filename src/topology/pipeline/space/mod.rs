@@ -74,6 +74,7 @@ impl Default for SpaceOptions {
 #[derive(Debug)]
 pub struct SpacePipeline {
     cloud: Cloud<Coordinates>,
+    most: usize,
     metric: Metric,
     /// None before the first point, unless it is given.
     dimension: Option<usize>,
@@ -102,6 +103,7 @@ impl SpacePipeline {
         let most = options.max_vertices.clamp(1, MAX_VERTICES);
         Ok(Self {
             cloud: Cloud::new(options.window, options.resolution).with_most(most),
+            most,
             metric: options.metric,
             dimension,
             threshold: options.threshold,
@@ -124,6 +126,11 @@ impl SpacePipeline {
     /// The number of coordinates of its points; none before the first point, unless it was given.
     pub fn dimension(&self) -> Option<usize> {
         self.dimension
+    }
+
+    /// Makes room for this number of further points. It saves work later and has no other effect.
+    pub fn reserve(&mut self, points: usize) {
+        self.cloud.reserve(points.min(self.most));
     }
 
     /// Adds a point with its event time, if it has one. Returns the vertex at its coordinates.

@@ -311,3 +311,18 @@ fn frames_are_computed_once_and_memory_is_counted() {
     assert_eq!(pipeline.bytes_to_compute(), 0);
     assert!(before.1 > 0 && pipeline.bytes() > before.0);
 }
+
+#[test]
+fn one_place_under_two_names_is_one_vertex() {
+    let mut sphere = SpacePipeline::new(SpaceOptions { metric: Metric::Haversine, ..Default::default() }).unwrap();
+    assert_eq!(sphere.feed_points(&[[-180.0, 0.0], [180.0, 0.0], [0.0, 0.0]], None), []);
+    sphere.commit(None);
+    let mut consumer = Consumer::new(ViewSpec::Full);
+    consumer.follow(&mut sphere).unwrap();
+    assert_eq!(consumer.held.vertices.ids(), [0, 2].map(VertexId));
+    sphere.feed_retraction(&[-180.0, 0.0]).unwrap();
+    sphere.commit(None);
+    consumer.follow(&mut sphere).unwrap();
+    assert_eq!(consumer.held.vertices.ids(), [1, 2].map(VertexId));
+    assert_eq!(consumer.held.tree, [[1, 2].map(VertexId)]);
+}
