@@ -21,8 +21,8 @@ impl Coordinates {
     /// The point with these coordinates; a negative zero becomes zero.
     ///
     /// # Errors
-    /// [`PointError::Dimension`] without coordinates or with more than [`MAX_DIMENSION`]; [`PointError::Coordinate`] if
-    /// one is not finite or exceeds [`MAX_MAGNITUDE`].
+    /// [`PointError::Dimension`] without coordinates or with more than 4,096; [`PointError::Coordinate`] if
+    /// one is not finite or exceeds 1e150.
     pub fn new(coordinates: &[f64]) -> Result<Self, PointError> {
         if !(1..=MAX_DIMENSION).contains(&coordinates.len()) {
             return Err(PointError::Dimension(coordinates.len()));
