@@ -100,10 +100,10 @@ const EXAMPLES: &str = "Examples:
   hopes compute points.csv -o two.png --panels skeleton:1:1,skeleton:3:2
   hopes compute scan.tsv --columns lon,lat --project -k 2 --simplify --format geojson
   produce | hopes compute - --alpha 0.5                    the reduced skeleton at the scale 0.5
-  hopes compute cloud.csv --metric euclidean --columns x,y,z   the Vietoris-Rips skeleton of points in space
-  hopes compute distances.csv --metric matrix --threshold 2    of distances, up to the scale 2
-  hopes compute signal.csv --embed 3:8 --format dots           cycles of a series: what repeats in it
-  hopes compute vectors.npy --metric angular --landmarks 2000  of a sample that covers a large cloud";
+  hopes compute cloud.csv --metric euclidean               the Vietoris-Rips skeleton of points in space
+  hopes compute distances.csv --metric matrix              of distances
+  hopes compute signal.csv --embed 3:8 --format dots       what repeats in a series
+  hopes compute vectors.npy --metric angular --landmarks 99   a sample that covers a cloud";
 
 const KEYS: &str = "Keys of the JSON output:
   points      how many distinct positions
