@@ -26,7 +26,7 @@ fn texts<'a>(document: &'a Document<'_>) -> Vec<&'a str> {
 /// The picture of what is read from stdin, without a number that is none.
 fn svg(arguments: &str, input: &str) -> String {
     let text = hopes("compute - --format svg").and(arguments).reads(input).text();
-    assert!(!text.contains("NaN") && !text.contains("inf,") && !text.contains("\"inf"), "{text}");
+    assert!(!text.contains("NaN") && !text.contains("\"inf\""), "{text}");
     text
 }
 

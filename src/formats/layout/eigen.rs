@@ -27,7 +27,10 @@ pub struct Spectrum {
 impl Spectrum {
     /// At most so many eigenvalues; fewer if fewer are positive.
     pub fn leading(matrix: DMatrix<f64>, most: usize) -> Self {
-        let steps = STEPS * matrix.nrows().max(1);
+        if matrix.is_empty() {
+            return Self::default();
+        }
+        let steps = STEPS * matrix.nrows();
         let Some(eigen) = SymmetricEigen::try_new(matrix, f64::EPSILON, steps) else { return Self::default() };
         let values = eigen.eigenvalues.as_slice();
         let mut order: Vec<usize> = (0..values.len()).collect();

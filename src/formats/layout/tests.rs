@@ -114,7 +114,8 @@ fn a_ring_of_hops_is_round() {
     let graph = Space::Graph(Graph::new(60, &edges).unwrap());
     for space in [matrix, graph] {
         let layout = plain::<2>(&vertices(&vec![vec![]; 60]), Shape::Distances(&space));
-        let radii: Vec<f64> = layout.places().iter().map(|&place| length(place, [0.0, 0.0])).collect();
+        let middle = [0, 1].map(|axis| layout.places().iter().map(|place| place[axis]).sum::<f64>() / 60.0);
+        let radii: Vec<f64> = layout.places().iter().map(|&place| length(place, middle)).collect();
         assert!(radii.iter().all(|radius| (radius - radii[0]).abs() < 1e-9 * radii[0]), "{radii:?}");
         assert!(matches!(layout.account(), Account::Scaling { parts: 1, share } if share > 0.6 && share < 1.0));
         assert!(layout.has_lengths() && layout.metric().is_none());

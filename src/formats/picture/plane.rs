@@ -24,9 +24,11 @@ const LEAST_OUTLINE: f64 = 16.0;
 /// So many cycles are few.
 const STACKED: usize = 4;
 /// How much wider the next of few cycles is, in widths of the one on top.
-const CYCLE_STEP: f64 = 3.0;
+const CYCLE_STEP: f64 = 2.0;
+/// How opaque the wider ones are.
+const BAND: f64 = 0.6;
 /// How much wider the ground of a cycle is than the cycle, in the same.
-const CYCLE_GROUND: f64 = 1.4;
+const CYCLE_GROUND: f64 = 1.1;
 /// At most so many vertices of a simplified skeleton are marked.
 const NODES: usize = 2000;
 
@@ -120,13 +122,18 @@ impl Plane<'_> {
             }
             let color = self.scene.ramp.bucket(dot.persistence()).color();
             let width = thin * (1.0 + step * rank as f64);
+            // Bold bands would look more persistent than the line on top.
+            let opacity = if width > thin { BAND } else { 1.0 };
             page.group(format_args!("class=\"cycle\" fill=\"none\" stroke-linecap=\"round\""), |page| {
                 page.hint(&format!("cycle: birth {}, death {}", short(dot.birth), short(dot.death)));
                 page.path(
                     &data,
                     format_args!("stroke=\"{GROUND}\" stroke-width=\"{:.2}\"", width + CYCLE_GROUND * thin),
                 );
-                page.path(&data, format_args!("stroke=\"{color}\" stroke-width=\"{width:.2}\""));
+                page.path(
+                    &data,
+                    format_args!("stroke=\"{color}\" stroke-width=\"{width:.2}\" stroke-opacity=\"{opacity}\""),
+                );
             });
         }
     }
