@@ -150,7 +150,7 @@ mod tests {
             let around = (1.0 - height * height).sqrt();
             let [x, y, z] = [around * turn.cos(), around * turn.sin(), height];
             for signs in 0..8_u32 {
-                let sign = |axis: u32| if signs >> axis & 1 == 0 { 1.0 } else { -1.0 };
+                let sign = |axis: u32| if (signs >> axis) & 1 == 0 { 1.0 } else { -1.0 };
                 let local = [sign(0) * x * half_axes[0], sign(1) * y * half_axes[1], sign(2) * z * half_axes[2]];
                 points.push((0..3).map(|c| 7.0 + (0..3).map(|a| local[a] * directions[a][c]).sum::<f64>()).collect());
             }

@@ -10,6 +10,9 @@
 
 use nalgebra::DMatrix;
 
+/// A place now, and where it was before.
+pub type Pair<const K: usize> = ([f64; K], [f64; K]);
+
 /// A rotation or reflection, and a shift.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion<const K: usize> {
@@ -21,11 +24,11 @@ pub struct Motion<const K: usize> {
 
 impl<const K: usize> Motion<K> {
     /// The motion that fits pairs (now, before) best; none without a pair.
-    pub fn fitting(pairs: &[([f64; K], [f64; K])]) -> Option<Self> {
+    pub fn fitting(pairs: &[Pair<K>]) -> Option<Self> {
         if pairs.is_empty() {
             return None;
         }
-        let mean = |place: fn(&([f64; K], [f64; K])) -> [f64; K]| {
+        let mean = |place: fn(&Pair<K>) -> [f64; K]| {
             let mut mean = [0.0; K];
             for pair in pairs {
                 mean.iter_mut().zip(place(pair)).for_each(|(mean, x)| *mean += x / pairs.len() as f64);
@@ -33,12 +36,12 @@ impl<const K: usize> Motion<K> {
             mean
         };
         let (from, to) = (mean(|pair| pair.0), mean(|pair| pair.1));
-        let differences = |(now, before): &([f64; K], [f64; K])| {
+        let differences = |(now, before): &Pair<K>| {
             let from: [f64; K] = std::array::from_fn(|axis| now[axis] - from[axis]);
             let to: [f64; K] = std::array::from_fn(|axis| before[axis] - to[axis]);
             (from, to)
         };
-        let pairs: Vec<([f64; K], [f64; K])> = pairs.iter().map(differences).collect();
+        let pairs: Vec<Pair<K>> = pairs.iter().map(differences).collect();
         Some(Self { from, to, turn: nearest_turn(&pairs)? })
     }
 
@@ -54,8 +57,8 @@ impl<const K: usize> Motion<K> {
 }
 
 /// From the singular vectors of the covariance of both. None if it has none.
-fn nearest_turn<const K: usize>(pairs: &[([f64; K], [f64; K])]) -> Option<[[f64; K]; K]> {
-    let largest = |place: fn(&([f64; K], [f64; K])) -> &[f64; K]| {
+fn nearest_turn<const K: usize>(pairs: &[Pair<K>]) -> Option<[[f64; K]; K]> {
+    let largest = |place: fn(&Pair<K>) -> &[f64; K]| {
         pairs.iter().flat_map(place).fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()))
     };
     let units = [largest(|pair| &pair.0), largest(|pair| &pair.1)];
