@@ -5,6 +5,8 @@ mod common;
 mod figures;
 #[path = "compute/projected.rs"]
 mod projected;
+#[path = "compute/spaces.rs"]
+mod spaces;
 
 use std::collections::BTreeSet;
 use std::io::Read;

@@ -100,10 +100,10 @@ const EXAMPLES: &str = "Examples:
   hopes compute points.csv -o two.png --panels skeleton:1:1,skeleton:3:2
   hopes compute scan.tsv --columns lon,lat --project -k 2 --simplify --format geojson
   produce | hopes compute - --alpha 0.5                    the reduced skeleton at the scale 0.5
-  hopes compute cloud.csv --metric euclidean --columns x,y,z   the Vietoris-Rips skeleton of points in space
-  hopes compute distances.csv --metric matrix --threshold 2    of distances, up to the scale 2
-  hopes compute signal.csv --embed 3:8 --format dots           cycles of a series: what repeats in it
-  hopes compute vectors.npy --metric angular --landmarks 2000  of a sample that covers a large cloud";
+  hopes compute cloud.csv --metric euclidean               points of R^d: the Vietoris-Rips skeleton
+  hopes compute distances.csv --metric matrix              of distances
+  hopes compute signal.csv --embed 3:8 --format dots       what repeats in a series
+  hopes compute vectors.npy --metric angular --landmarks 99   a sample that covers a cloud";
 
 const KEYS: &str = "Keys of the JSON output:
   points      how many distinct positions
@@ -140,6 +140,8 @@ struct Computed {
     /// What it is of, in the plane.
     source: Option<Source>,
     landmarks: Option<Landmarks>,
+    /// What a picture places its vertices by, if they are not in the plane.
+    shape: Option<space::SpaceShape>,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -192,7 +194,7 @@ impl Compute {
         let progress = self.progress();
         let mut input_errors = InputErrors::new(self.strict).of(files::name(&self.file));
         let computed = match space {
-            Some(options) => self.of_space(options, &progress, &mut input_errors)?,
+            Some(options) => self.of_space(options, cut, &progress, &mut input_errors)?,
             None => self.of_plane(cut, &progress, &mut input_errors)?,
         };
         progress.set_message("writing");
@@ -205,6 +207,8 @@ impl Compute {
         }
         let name = self.file.file_stem().and_then(|stem| stem.to_str()).filter(|_| !files::is_pipe(&self.file));
         let frame = &computed.frame;
+        let shape = computed.shape.as_ref().filter(|_| format.is_picture());
+        let layout = shape.map(|shape| shape.layout(frame.skeleton.vertices()));
         if self.panels.is_empty() {
             let view = frame.view(cut.spec);
             let simplified = cut.threshold.map(|threshold| simplified(frame, &view, threshold));
@@ -221,11 +225,12 @@ impl Compute {
                     None
                 },
                 landmarks: computed.landmarks.as_ref(),
+                layout: layout.as_ref(),
             };
             write(stdout, output, |mut sink| format.write(&answer, &mut sink))?;
         } else {
             let photo = if let Some(Source::Picture(photo, _)) = &computed.source { Some(photo) } else { None };
-            let drawing = panels::draw(frame, &self.panels, cut, photo, name);
+            let drawing = panels::draw(frame, layout.as_ref(), &self.panels, cut, photo, name);
             write(stdout, output, |mut sink| format.write_drawing(&drawing, &mut sink))?;
         }
         progress.finish_and_clear();
@@ -241,25 +246,27 @@ impl Compute {
         let options = Options { resolution: self.resolution, ..Options::default() };
         let (frame, points) = source::frame(&mut source, options, progress, input_errors)?;
         let duplicates = points - frame.skeleton.vertices().len() as u64;
-        Ok(Computed { frame, duplicates, source: Some(source), landmarks: None })
+        Ok(Computed { frame, duplicates, source: Some(source), landmarks: None, shape: None })
     }
 
     /// The skeleton of a metric space.
     fn of_space(
         &self,
         options: SpaceOptions,
+        cut: Cut,
         progress: &ProgressBar,
         input_errors: &mut InputErrors,
     ) -> Result<Computed, Failure> {
+        panels::check(&self.panels, cut, false, &self.file.display().to_string())?;
         let format = match self.input {
             Input::Text => Some(Format::Text),
             Input::Jsonl => Some(Format::JsonLines),
             _ => None,
         };
         let source = space::SpaceSource { file: &self.file, format, columns: self.columns.as_deref() };
-        let space::SpaceFrame { frame, duplicates, landmarks } =
+        let space::SpaceFrame { frame, duplicates, landmarks, shape } =
             space::frame(&source, options, progress, input_errors)?;
-        Ok(Computed { frame: Arc::new(frame), duplicates, source: None, landmarks })
+        Ok(Computed { frame: Arc::new(frame), duplicates, source: None, landmarks, shape: Some(shape) })
     }
 
     /// The space that is asked for; none for the plane. What makes sense in the plane only is refused with it.
@@ -275,7 +282,6 @@ impl Compute {
             ),
             (self.resolution.is_some(), "--resolution is for the plane: leave it out with --metric"),
             (matches!(self.input, Input::Picture), "--input picture is for the plane: leave out --metric"),
-            (!self.panels.is_empty(), "--panels is for the plane: leave out --metric"),
             (format == OutputFormat::Geojson, "GeoJSON is for maps: write a skeleton with --metric as json or csv"),
         ];
         match refused.into_iter().find(|&(is_so, _)| is_so) {

@@ -11,6 +11,7 @@ pub mod frame_line;
 pub mod frame_writer;
 pub mod images;
 pub mod input;
+pub mod layout;
 pub mod messages;
 pub mod picture;
 pub mod point_writer;

@@ -13,7 +13,8 @@ use hopes::topology::{Frame, Simplified, View, ViewSpec};
 use super::Failure;
 use crate::cli::args::{Threshold, rank};
 use crate::formats::images::photo::Photo;
-use crate::formats::picture::{Backdrop, Figure, Panel, figure};
+use crate::formats::layout::Layout;
+use crate::formats::picture::{Backdrop, Figure, Panel, figure, places};
 
 /// A figure has at most so many panels.
 pub const MOST: usize = 16;
@@ -90,7 +91,14 @@ pub fn check(words: &[PanelWord], cut: Cut, has_picture: bool, name: &str) -> Re
 }
 
 /// Draws them.
-pub fn draw(frame: &Frame, words: &[PanelWord], cut: Cut, photo: Option<&Photo>, name: Option<&str>) -> String {
+pub fn draw(
+    frame: &Frame,
+    layout: Option<&Layout<2>>,
+    words: &[PanelWord],
+    cut: Cut,
+    photo: Option<&Photo>,
+    name: Option<&str>,
+) -> String {
     let spec = |word: &PanelWord| word.ranks.map_or(cut.spec, |[k, l]| ViewSpec::Derived { k, l });
     let views: Vec<View> = words.iter().map(|word| frame.view(spec(word))).collect();
     let threshold = cut.threshold.unwrap_or(Threshold::AtScale);
@@ -98,20 +106,24 @@ pub fn draw(frame: &Frame, words: &[PanelWord], cut: Cut, photo: Option<&Photo>,
         (word.kind == Kind::Simplified).then(|| super::simplified(frame, view, threshold))
     };
     let simplified: Vec<Option<(f64, Simplified)>> = words.iter().zip(&views).map(simplify).collect();
+    let simplified: Vec<_> = simplified
+        .iter()
+        .map(|simplified| {
+            simplified.as_ref().map(|(threshold, s)| (*threshold, places(&s.positions, layout), &s.edges))
+        })
+        .collect();
     let panels =
         words.iter().zip(&views).zip(&simplified).map(|((word, view), simplified)| match (word.kind, simplified) {
             (Kind::Image, _) => Panel::Image,
             (Kind::Cloud, _) => Panel::Cloud,
             (Kind::Diagram, _) => Panel::Diagram(view),
             (Kind::Skeleton | Kind::Simplified, None) => Panel::Skeleton(view),
-            (Kind::Skeleton | Kind::Simplified, Some((threshold, simplified))) => Panel::Simplified {
-                view,
-                threshold: *threshold,
-                simplified: (simplified.positions.planar(), &simplified.edges),
-            },
+            (Kind::Skeleton | Kind::Simplified, Some((threshold, places, edges))) => {
+                Panel::Simplified { view, threshold: *threshold, simplified: (places, edges) }
+            }
         });
     let photo = photo.map(|photo| Backdrop { png: photo.small_png(), size: photo.size() });
-    figure(&Figure { name, skeleton: &frame.skeleton, photo, panels: panels.collect() })
+    figure(&Figure { name, skeleton: &frame.skeleton, layout, photo, panels: panels.collect() })
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The skeleton of a metric space, for `hopes compute`: a file of points or distances in, a frame out.
 //!
 //! In: a file or stdin, and what it holds.
-//! Out: the frame, how many points there were, the sample if one was taken.
+//! Out: the frame, how many points there were, the sample if one was taken, what a picture places vertices by.
 //! Invariants: vertices are called by the number of their first point, counted from 0. More points than can be swept
 //! are refused as soon as they are seen, unless a sample of them is taken.
 //! Must not know: what becomes of the frame.
@@ -20,6 +20,7 @@ use crate::formats::input::space::{
     Coordinates, Notice, PointSettings, Space as SpaceRead, SpaceColumns, SpaceError, read_distances, read_points,
 };
 use crate::formats::input::{Columns, Format};
+use crate::formats::layout::{Layout, Shape};
 
 /// The most points of which a sample is taken.
 const MOST_SAMPLED: usize = 1 << 24;
@@ -32,6 +33,40 @@ pub struct SpaceFrame {
     pub duplicates: u64,
     /// The sample that it is of.
     pub landmarks: Option<Landmarks>,
+    /// What a picture needs to know of it.
+    pub shape: SpaceShape,
+}
+
+/// What the vertices of a skeleton are placed by.
+pub enum SpaceShape {
+    /// Their coordinates, under a metric.
+    Points(Metric),
+    /// Their distances.
+    Distances(Space),
+}
+
+impl SpaceShape {
+    fn new(space: Space, names: &Vertices, vertices: &Vertices) -> Self {
+        match space {
+            Space::Points(points) => Self::Points(points.metric()),
+            space if names.len() == vertices.len() => Self::Distances(space),
+            space => {
+                // Names of distances are in order, and those of twins are not among the vertices.
+                let kept =
+                    (0..names.len() as u32).filter(|&name| vertices.ids().binary_search(&names.id(name)).is_ok());
+                Self::Distances(space.subset(&kept.collect::<Vec<u32>>()))
+            }
+        }
+    }
+
+    /// Where a picture has the vertices. A file is one frame: there is none before it.
+    pub fn layout(&self, vertices: &Vertices) -> Layout<2> {
+        let shape = match self {
+            Self::Points(metric) => Shape::Points(*metric),
+            Self::Distances(space) => Shape::Distances(space),
+        };
+        Layout::new(vertices, shape, None)
+    }
 }
 
 /// Which file, and how it is read.
@@ -67,10 +102,12 @@ pub fn frame(
     }
     let skeleton = Skeleton::of_space(space.distances(), &names, options.threshold, &mut Workspace::default());
     let twins = names.len() - skeleton.vertices().len();
+    let shape = SpaceShape::new(space, &names, skeleton.vertices());
     Ok(SpaceFrame {
         frame: Frame { number: 1, time: None, points: points as u64, skeleton },
         duplicates: (points - distinct + twins) as u64,
         landmarks: sample,
+        shape,
     })
 }
 

@@ -2,8 +2,8 @@
 //!
 //! In: a [`Scene`].
 //! Out: shapes on the page.
-//! Invariants: both axes begin at 0 and have one scale, so the diagonal is one; every dot is inside the frame, one
-//! that never dies on its upper edge; dots of the view are on top and have their colour.
+//! Invariants: both axes begin at 0 and have one scale, so the diagonal is one; every dot is inside the frame, those
+//! that never die on a line at its top; dots of the view are on top and have their colour.
 //! Must not know: the plane.
 
 use hopes::topology::Dot;
@@ -65,6 +65,10 @@ fn draw_grid(page: &mut Page, scale: Scale) {
         page.line([-5.0, y], [0.0, y], format_args!("stroke=\"{FRAME}\""));
         page.text([x, scale.side + 18.0], Type::new(Anchor::Middle, MUTED), &label);
         page.text([-9.0, y + 4.0], Type::new(Anchor::End, MUTED), &label);
+    }
+    if let Some(y) = scale.line() {
+        page.line([-5.0, y], [scale.side, y], format_args!("class=\"infinity\" stroke=\"{FRAME}\""));
+        page.text([-9.0, y + 4.0], Type::new(Anchor::End, MUTED).sized(15.0), "\u{221e}");
     }
     draw_names(page, scale.side, &ticks.factor());
 }

@@ -13,8 +13,9 @@ use super::canvas::layout::Rect;
 use super::canvas::numbers::{Ticks, round_step, short};
 use super::canvas::page::{Anchor, FRAME, INK, MUTED, Page, Type, text_width};
 use super::canvas::ramp::{Ramp, STOPS};
-use super::plane::{CRITICAL_STYLE, SIMPLE_STYLE, hole_style, line_style};
+use super::plane::{CRITICAL_STYLE, SIMPLE_STYLE, cycle_style, hole_style, line_style};
 use super::scene::Scene;
+use super::words;
 
 /// Width of a sample, with the room before its name.
 const SAMPLE: f64 = 24.0;
@@ -59,7 +60,7 @@ pub(super) fn draw_samples(page: &mut Page, plane: Rect, scene: &Scene<'_>, scal
         page.text([x + SAMPLE, y], Type::new(Anchor::Start, MUTED), sample.name);
         x += SAMPLE + text_width(sample.name) + SPACE;
     }
-    if scale > 0.0 {
+    if scale > 0.0 && scene.of.has_lengths() {
         draw_scale_bar(page, plane, scale);
     }
 }
@@ -101,6 +102,9 @@ fn samples(scene: &Scene<'_>) -> Vec<Sample> {
     if !scene.holes.is_empty() {
         samples.push(sample("hole", Shape::Disc, hole_style(dark, true)));
     }
+    if scene.has_cycles() {
+        samples.push(sample("cycle", Shape::Line, cycle_style()));
+    }
     if scene.simplified.is_some() {
         samples.push(sample("simplified", Shape::Line, format!("{SIMPLE_STYLE} stroke-width=\"3\"")));
     }
@@ -129,5 +133,8 @@ pub(super) fn draw_captions(page: &mut Page, plane: Rect, diagram: Rect, scene: 
         (false, ViewSpec::Derived { .. }) => "Skeleton, derived by the gaps",
     };
     page.text([plane.x, y], caption, what);
+    if let Some(note) = scene.of.layout.and_then(words::account) {
+        page.text([plane.x, plane.y - 10.0], Type::new(Anchor::Start, MUTED), &note);
+    }
     page.text([diagram.x, y], caption, "Persistence diagram");
 }

@@ -1,8 +1,9 @@
 //! Pictures: a cloud's skeleton beside its persistence diagram, as SVG or PNG; lives as bars, as SVG.
 //!
-//! In: a skeleton, a view of it, perhaps the view's simplified form; or bars.
+//! In: a skeleton, where its vertices are drawn, a view of it, perhaps the view's simplified form; or bars.
 //! Out: a document. That of a skeleton has two panels: the left one has the cloud, the tree, the critical edges and
-//! the holes that they enclose, the right one the diagram with the gaps that chose them.
+//! the holes that they enclose, the right one the diagram with the gaps that chose them. Where holes have no place of
+//! their own, which is anywhere but in the plane, the left panel has cycles.
 //! Invariants: the same input gives the same bytes. The size of a document is bounded by its pixels, not by the
 //! cloud. It needs no other file.
 //! Must not know: where it is written to, streams, frames.
@@ -29,7 +30,7 @@ mod scene;
 mod strips;
 mod words;
 
-use hopes::topology::{Skeleton, View};
+use hopes::topology::View;
 
 use canvas::layout::Layout;
 use canvas::page::{Anchor, INK, MUTED, Page, Type};
@@ -40,7 +41,7 @@ pub use canvas::numbers::count;
 pub use figure::{Backdrop, Figure, Panel, figure};
 #[cfg(feature = "png")]
 pub use raster::png;
-pub use scene::Simplified;
+pub use scene::{Simplified, Subject, places};
 pub use words::shortened;
 
 /// How a picture is made.
@@ -65,8 +66,8 @@ impl Default for Options {
 ///
 /// # Panics
 /// When an edge of `simplified` names a vertex that is not there.
-pub fn svg(skeleton: &Skeleton, view: &View, simplified: Option<Simplified<'_>>, options: &Options) -> String {
-    let scene = Scene::new(skeleton, view, simplified);
+pub fn svg(of: Subject<'_>, view: &View, simplified: Option<Simplified<'_>>, options: &Options) -> String {
+    let scene = Scene::new(of, view, simplified);
     let layout = Layout::new(options.width, options.height);
     let headline = words::headline(&scene, options.name.as_deref());
     let mut page = Page::new(layout.size, &headline, &words::description(&scene));
@@ -117,7 +118,7 @@ mod tests {
 
     fn picture(points: &[[f64; 2]], spec: ViewSpec) -> String {
         let frame = frame(points);
-        svg(&frame.skeleton, &frame.view(spec), None, &Options::default())
+        svg((&frame.skeleton).into(), &frame.view(spec), None, &Options::default())
     }
 
     fn noisy_ring(points: u32) -> Vec<[f64; 2]> {
@@ -191,7 +192,7 @@ mod tests {
         let view = frame.view(derived(1, 1));
         let square = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
         let edges = [[0, 1], [1, 2], [2, 3], [0, 3]];
-        let text = svg(&frame.skeleton, &view, Some((&square, &edges)), &Options::default());
+        let text = svg((&frame.skeleton).into(), &view, Some((&square, &edges)), &Options::default());
         let document = Document::parse(&text).unwrap();
         assert_eq!(of_class(&document, "simplified").len(), 1);
         let tree = of_class(&document, "tree")[0];
@@ -251,7 +252,7 @@ mod tests {
         let view = frame.view(ViewSpec::Full);
         let named = |name: &str| {
             let options = Options { name: Some(name.to_owned()), ..Options::default() };
-            svg(&frame.skeleton, &view, None, &options)
+            svg((&frame.skeleton).into(), &view, None, &options)
         };
         assert!(named("a<b>").contains("<title>a&lt;b&gt;: full skeleton HoPeS</title>"));
         assert!(named(&"x".repeat(100)).contains(&format!(">{}\u{2026}: full", "x".repeat(39))));

@@ -1,9 +1,9 @@
-//! The left panel: the cloud, the tree, the critical edges, their holes, the simplified skeleton.
+//! The left panel: the cloud, the tree, the critical edges, their holes or cycles, the simplified skeleton.
 //!
 //! In: a [`Scene`].
 //! Out: shapes on the page, the most important on top.
-//! Invariants: holes are drawn for the most persistent dots only, marks are thinned to the panel's pixels; critical
-//! edges have the colour of their persistence.
+//! Invariants: holes and cycles are drawn for the most persistent dots only, marks are thinned to the panel's pixels;
+//! critical edges, holes and cycles have the colour of their persistence.
 //! Must not know: the diagram, gaps.
 
 use hopes::topology::Edge;
@@ -14,13 +14,21 @@ use super::canvas::layout::Rect;
 use super::canvas::marks::Grid;
 use super::canvas::numbers::short;
 use super::canvas::page::{FRAME, GROUND, INK, Page};
-use super::canvas::ramp::{BUCKETS, Bucket, Rgb};
+use super::canvas::ramp::{BUCKETS, Bucket, Rgb, STOPS};
 use super::scene::Scene;
 
 /// Smaller holes than this cannot be seen.
 const LEAST_HOLE: f64 = 1.0;
 /// Outlines of smaller holes than this would be clutter.
 const LEAST_OUTLINE: f64 = 16.0;
+/// So many cycles are few.
+const STACKED: usize = 4;
+/// How much wider the next of few cycles is, in widths of the one on top.
+const CYCLE_STEP: f64 = 2.0;
+/// How opaque the wider ones are.
+const BAND: f64 = 0.6;
+/// How much wider the ground of a cycle is than the cycle, in the same.
+const CYCLE_GROUND: f64 = 1.1;
 /// At most so many vertices of a simplified skeleton are marked.
 const NODES: usize = 2000;
 
@@ -44,8 +52,7 @@ pub(super) fn draw(page: &mut Page, panel: Rect, scene: &Scene<'_>) -> f64 {
 }
 
 fn extent(scene: &Scene<'_>) -> Extent {
-    let points = scene.skeleton.vertices().positions();
-    let around_points = points.fold(Extent::EMPTY, Extent::with);
+    let around_points = scene.of.places().fold(Extent::EMPTY, Extent::with);
     scene.holes.iter().fold(around_points, |extent, (_, hole)| extent.with_circle(hole.center, hole.radius))
 }
 
@@ -66,6 +73,7 @@ impl Plane<'_> {
     pub(super) fn draw_original(&self, page: &mut Page) {
         self.draw_holes(page);
         self.draw_tree(page);
+        self.draw_cycles(page);
         self.draw_points(page);
         self.draw_critical(page);
     }
@@ -91,11 +99,43 @@ impl Plane<'_> {
     }
 
     pub(super) fn draw_points(&self, page: &mut Page) {
-        let vertices = self.scene.skeleton.vertices();
-        let places = vertices.positions().map(|point| self.camera.place(point));
-        let data = Grid::new(vertices.len(), self.area).dots(places);
-        let width = 3.6 * weight(vertices.len(), self.area);
+        let places = self.scene.of.places().map(|point| self.camera.place(point));
+        let count = places.len();
+        let data = Grid::new(count, self.area).dots(places);
+        let width = 3.6 * weight(count, self.area);
         page.path(&data, format_args!("class=\"points\" {} stroke-width=\"{width:.2}\"", line_style(POINT)));
+    }
+
+    /// Each on a pale ground of its own, so that one sees which is above where two of them cross. The more persistent
+    /// a cycle is, the farther on top. Where they are few, those below are wider, so that one sees all of them where
+    /// they run together.
+    fn draw_cycles(&self, page: &mut Page) {
+        let cycles = self.scene.cycles();
+        let length = cycles.iter().map(|(_, cycle)| cycle.len()).sum();
+        let thin = 1.8 * weight(length, self.area);
+        let step = if cycles.len() <= STACKED { CYCLE_STEP } else { 0.0 };
+        for (rank, (dot, cycle)) in cycles.iter().enumerate().rev() {
+            let next = cycle.iter().cycle().skip(1);
+            let data = self.segments(length, cycle.iter().zip(next).map(|(&a, &b)| [a.min(b), a.max(b)]));
+            if data.is_empty() {
+                continue;
+            }
+            let color = self.scene.ramp.bucket(dot.persistence()).color();
+            let width = thin * (1.0 + step * rank as f64);
+            // Bold bands would look more persistent than the line on top.
+            let opacity = if width > thin { BAND } else { 1.0 };
+            page.group(format_args!("class=\"cycle\" fill=\"none\" stroke-linecap=\"round\""), |page| {
+                page.hint(&format!("cycle: birth {}, death {}", short(dot.birth), short(dot.death)));
+                page.path(
+                    &data,
+                    format_args!("stroke=\"{GROUND}\" stroke-width=\"{:.2}\"", width + CYCLE_GROUND * thin),
+                );
+                page.path(
+                    &data,
+                    format_args!("stroke=\"{color}\" stroke-width=\"{width:.2}\" stroke-opacity=\"{opacity}\""),
+                );
+            });
+        }
     }
 
     /// The more persistent an edge is, the bolder and the farther on top.
@@ -118,7 +158,7 @@ impl Plane<'_> {
     }
 
     fn segments(&self, marks: usize, edges: impl Iterator<Item = Edge>) -> String {
-        let ends = |edge: Edge| edge.map(|end| self.camera.place(self.scene.skeleton.vertices().xy(end)));
+        let ends = |edge: Edge| edge.map(|end| self.camera.place(self.scene.of.xy(end)));
         Grid::new(marks, self.area).segments(edges.map(ends))
     }
 
@@ -142,6 +182,11 @@ impl Plane<'_> {
 /// How points and tree edges look.
 pub(super) fn line_style(color: &str) -> String {
     format!("fill=\"none\" stroke=\"{color}\" stroke-linecap=\"round\"")
+}
+
+/// How the most persistent cycle looks.
+pub(super) fn cycle_style() -> String {
+    format!("{CRITICAL_STYLE} stroke=\"{}\" stroke-width=\"1.8\"", STOPS[STOPS.len() - 1])
 }
 
 /// How a hole looks.

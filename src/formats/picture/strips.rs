@@ -46,12 +46,15 @@ fn draw_selection(page: &mut Page, scale: Scale, selection: &Selection) {
     Row { from, to: scale.side, edge: scale.side, reach: scale.side - 5.0, base: foot(scale) }.draw(page, labels);
 }
 
-/// The lower side of DS_k, and the labels of the diagonal gaps.
+/// The lower side of DS_k, unless only dots that never die are above it, and the labels of the diagonal gaps.
 fn draw_ds(page: &mut Page, scale: Scale, selection: &Selection) {
     let Some(ds) = selection.ds else { return };
-    let end = scale.side - scale.length(ds);
-    page.line(scale.place(0.0, ds), [end, 0.0], line_style(DIAGONAL, "ds"));
-    let mut labels = vec![Label { about: end, text: "ds".to_owned(), color: DIAGONAL }];
+    let mut labels = Vec::new();
+    if ds.is_finite() {
+        let end = scale.side - scale.length(ds);
+        page.line(scale.place(0.0, ds), [end, 0.0], line_style(DIAGONAL, "ds"));
+        labels.push(Label { about: end, text: "ds".to_owned(), color: DIAGONAL });
+    }
     labels.extend(ranks(&selection.diagonal, "dgap", DIAGONAL, |gap| scale.side - middle(scale, gap)));
     Row { from: -OVERHANG, to: scale.side + OVERHANG, edge: 0.0, reach: -7.0, base: -11.0 }.draw(page, labels);
 }

@@ -17,6 +17,7 @@ use std::io::{self, Write};
 use hopes::topology::spaces::Landmarks;
 use hopes::topology::{Edge, Exact, Simplified, Skeleton, View};
 
+use super::layout::Layout;
 use super::picture;
 use super::projection::Projection;
 
@@ -39,6 +40,8 @@ pub struct Answer<'a> {
     pub projection: Option<&'a Projection>,
     /// The sample that it is the skeleton of, if it is not of all points.
     pub landmarks: Option<&'a Landmarks>,
+    /// Where a picture has the vertices, if they are not in the plane.
+    pub layout: Option<&'a Layout<2>>,
 }
 
 impl Answer<'_> {
@@ -121,9 +124,15 @@ impl OutputFormat {
 }
 
 fn drawing(answer: &Answer) -> String {
-    let simplified = answer.simplified.map(|(_, s)| (s.positions.planar(), s.edges.as_slice()));
+    let places = answer.simplified.map(|(_, simplified)| picture::places(&simplified.positions, answer.layout));
+    let simplified = answer.simplified.zip(places.as_deref()).map(|((_, s), places)| (places, s.edges.as_slice()));
     let options = picture::Options { name: answer.name.map(str::to_owned), ..picture::Options::default() };
-    picture::svg(answer.skeleton, answer.view, simplified, &options)
+    picture::svg(
+        picture::Subject { skeleton: answer.skeleton, layout: answer.layout },
+        answer.view,
+        simplified,
+        &options,
+    )
 }
 
 /// A drawing as a PNG file, two pixels for each of its units.
@@ -165,6 +174,7 @@ mod tests {
             rejected: 2,
             projection: None,
             landmarks: None,
+            layout: None,
         };
         let mut bytes = Vec::new();
         format.write(&answer, &mut bytes).unwrap();

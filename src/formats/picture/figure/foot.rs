@@ -1,17 +1,19 @@
 //! What the marks of a figure mean, below its panels, and a bar of round length.
 //!
-//! In: panels, the scale of the plane.
+//! In: a figure, the scale of the plane.
 //! Out: shapes on the page.
 //! Invariants: only what the panels may show is explained; samples have the styles of what they stand for.
 //! Must not know: how panels are drawn.
+
+use hopes::topology::Filtration;
 
 use super::super::canvas::colors::{EDGE, POINT};
 use super::super::canvas::layout::Rect;
 use super::super::canvas::page::{Anchor, MUTED, Page, Type, text_width};
 use super::super::canvas::ramp::STOPS;
 use super::super::legend::draw_scale_bar;
-use super::Panel;
-use super::plane::{CRITICAL_STYLE, SIMPLE_STYLE, hole_style, line_style};
+use super::plane::{CRITICAL_STYLE, SIMPLE_STYLE, cycle_style, hole_style, line_style};
+use super::{Figure, Panel};
 
 /// Width of a sample, with the room before its name.
 const SAMPLE: f64 = 24.0;
@@ -23,10 +25,10 @@ const MEASURE: f64 = 460.0;
 type Sample = (&'static str, fn(f64, f64) -> String, String);
 
 /// Draws samples in a line, and the bar below its right end, where a unit of the plane has `scale` pixels.
-pub fn draw(page: &mut Page, foot: Rect, panels: &[Panel<'_>], scale: f64) {
+pub fn draw(page: &mut Page, foot: Rect, figure: &Figure<'_>, scale: f64) {
     let y = foot.y + 14.0;
     let mut x = foot.x;
-    for (name, data, style) in samples(panels) {
+    for (name, data, style) in samples(figure) {
         page.path(&data((x + 3.0).round(), y.round()), style);
         page.text([x + SAMPLE, y + 4.0], Type::new(Anchor::Start, MUTED), name);
         x += SAMPLE + text_width(name) + SPACE;
@@ -37,8 +39,8 @@ pub fn draw(page: &mut Page, foot: Rect, panels: &[Panel<'_>], scale: f64) {
     }
 }
 
-fn samples(panels: &[Panel<'_>]) -> Vec<Sample> {
-    let has = |wanted: fn(&Panel<'_>) -> bool| panels.iter().any(wanted);
+fn samples(figure: &Figure<'_>) -> Vec<Sample> {
+    let has = |wanted: fn(&Panel<'_>) -> bool| figure.panels.iter().any(wanted);
     let dark = STOPS[STOPS.len() - 1];
     let line: fn(f64, f64) -> String = |x, y| format!("M{x} {y}h14");
     let mut samples: Vec<Sample> = Vec::new();
@@ -47,10 +49,13 @@ fn samples(panels: &[Panel<'_>]) -> Vec<Sample> {
     }
     if has(|panel| matches!(panel, Panel::Skeleton(_))) {
         let critical = format!("{CRITICAL_STYLE} stroke=\"{dark}\" stroke-width=\"4\"");
-        let disc = |x, y| format!("M{x} {y}a7 7 0 0 1 14 0a7 7 0 0 1-14 0");
+        let disc: fn(f64, f64) -> String = |x, y| format!("M{x} {y}a7 7 0 0 1 14 0a7 7 0 0 1-14 0");
         samples.push(("tree edge", line, line_style(EDGE) + " stroke-width=\"1.1\""));
         samples.push(("critical edge", line, critical));
-        samples.push(("hole", disc, hole_style(dark, true)));
+        samples.push(match figure.skeleton.filtration() {
+            Filtration::Alpha => ("hole", disc, hole_style(dark, true)),
+            Filtration::Rips => ("cycle", line, cycle_style()),
+        });
     }
     if has(|panel| matches!(panel, Panel::Simplified { .. })) {
         samples.push(("simplified", line, format!("{SIMPLE_STYLE} stroke-width=\"3\"")));

@@ -14,12 +14,13 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use hopes::topology::{Skeleton, View};
 
+use super::super::layout::Layout;
 use super::canvas::camera::{Camera, Extent};
 use super::canvas::layout::Rect;
 use super::canvas::numbers::count;
 use super::canvas::page::{Anchor, FRAME, GROUND, INK, MUTED, Page, Px, Type};
 use super::plane::{self, Plane};
-use super::scene::{Scene, Simplified};
+use super::scene::{Scene, Simplified, Subject};
 use super::{diagram, legend, words};
 use grid::Grid;
 
@@ -32,6 +33,8 @@ pub struct Figure<'a> {
     pub name: Option<&'a str>,
     /// The whole skeleton.
     pub skeleton: &'a Skeleton,
+    /// Where its vertices are drawn; none in the plane.
+    pub layout: Option<&'a Layout<2>>,
     /// The picture whose edges the points are.
     pub photo: Option<Backdrop>,
     /// From left to right, row by row.
@@ -79,13 +82,14 @@ impl Panel<'_> {
 /// When an edge of a simplified view names a vertex that is not there.
 pub fn figure(figure: &Figure<'_>) -> String {
     let full = View::new(figure.skeleton, hopes::topology::ViewSpec::Full);
-    let scenes: Vec<Scene<'_>> = figure.panels.iter().map(|panel| scene(figure.skeleton, panel, &full)).collect();
+    let subject = Subject { skeleton: figure.skeleton, layout: figure.layout };
+    let scenes: Vec<Scene<'_>> = figure.panels.iter().map(|panel| scene(subject, panel, &full)).collect();
     let extent = extent(figure, &scenes);
     let grid = Grid::new(&figure.panels, extent.size());
     let title = caption::title(figure);
     let mut page = Page::new(grid.size(), &title, &caption::description(figure));
     page.text([grid.left(), 36.0], Type::new(Anchor::Start, INK).sized(20.0), &title);
-    page.text([grid.left(), 58.0], Type::new(Anchor::Start, MUTED).sized(14.0), &facts(figure.skeleton));
+    page.text([grid.left(), 58.0], Type::new(Anchor::Start, MUTED).sized(14.0), &facts(subject));
     let drawing = Drawing { figure, camera: Camera::new(extent, grid.plane()) };
     drawing.define_photo(&mut page);
     let mut has_bar = false;
@@ -104,22 +108,26 @@ pub fn figure(figure: &Figure<'_>) -> String {
         }
     }
     if figure.panels.iter().any(|panel| !panel.is_diagram()) {
-        foot::draw(&mut page, grid.foot(), &figure.panels, drawing.camera.scale());
+        let scale = if subject.has_lengths() { drawing.camera.scale() } else { 0.0 };
+        foot::draw(&mut page, grid.foot(), figure, scale);
     }
     page.finish()
 }
 
-fn scene<'a>(skeleton: &'a Skeleton, panel: &Panel<'a>, full: &'a View) -> Scene<'a> {
+fn scene<'a>(of: Subject<'a>, panel: &Panel<'a>, full: &'a View) -> Scene<'a> {
     match panel {
-        Panel::Image | Panel::Cloud => Scene::new(skeleton, full, None),
-        Panel::Diagram(view) | Panel::Skeleton(view) => Scene::new(skeleton, view, None),
-        Panel::Simplified { view, simplified, .. } => Scene::new(skeleton, view, Some(*simplified)),
+        Panel::Image | Panel::Cloud => Scene::new(of, full, None),
+        Panel::Diagram(view) | Panel::Skeleton(view) => Scene::new(of, view, None),
+        Panel::Simplified { view, simplified, .. } => Scene::new(of, view, Some(*simplified)),
     }
 }
 
-fn facts(skeleton: &Skeleton) -> String {
-    let (points, dots) = (skeleton.vertices().len(), skeleton.dots().len());
-    format!("{} \u{b7} {} in the diagram", count(points, "point"), count(dots, "dot"))
+fn facts(of: Subject<'_>) -> String {
+    let mut facts = vec![words::points(of)];
+    facts.extend(words::filtration(of));
+    facts.push(format!("{} in the diagram", count(of.skeleton.dots().len(), "dot")));
+    facts.extend(of.layout.and_then(words::account));
+    facts.join(" \u{b7} ")
 }
 
 /// What all panels of the plane show: the picture, or the points and the holes of all views.
@@ -128,10 +136,10 @@ fn extent(figure: &Figure<'_>, scenes: &[Scene<'_>]) -> Extent {
         let [right, top] = size.map(|side| f64::from(side) - 0.5);
         return Extent::EMPTY.with([-0.5, -0.5]).with([right, top]);
     }
-    let points = figure.skeleton.vertices().positions();
+    let subject = Subject { skeleton: figure.skeleton, layout: figure.layout };
     let skeletons = figure.panels.iter().zip(scenes).filter(|(panel, _)| matches!(panel, Panel::Skeleton(_)));
     let holes = skeletons.flat_map(|(_, scene)| &scene.holes);
-    holes.fold(points.fold(Extent::EMPTY, Extent::with), |extent, (_, hole)| {
+    holes.fold(subject.places().fold(Extent::EMPTY, Extent::with), |extent, (_, hole)| {
         extent.with_circle(hole.center, hole.radius)
     })
 }

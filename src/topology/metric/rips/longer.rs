@@ -2,14 +2,13 @@
 //!
 //! In: a sweep, and the length it has come to.
 //! Out: those pairs, in order. They are the rest of the tree and the births to come.
-//! Invariants: it is exact: what rules a pair out is a vertex of its lune.
+//! Invariants: it is exact: what rules a pair out is a vertex of its lune, or that it is known.
 //! Must not know: classes.
 //!
 //! Most pairs are ruled out by a relative neighbour of one of their ends: these are near, and in many directions. They
 //! are compared with whole blocks of pairs at once. What is left is asked for common neighbours in the graph so far,
 //! then for any vertex.
 
-use super::graph_bits::meet;
 use super::halving::Halving;
 use super::pair::Pair;
 use super::sweep::Sweep;
@@ -61,13 +60,17 @@ struct Search<'s> {
     so_far: Halving<'s>,
     row: Vec<f64>,
     other: Vec<f64>,
-    is_out: Vec<bool>,
+    /// All vertices, so that a few of them are from everywhere: their order is by position, and a lune is in one place.
+    scattered: Vec<u32>,
+    /// 1 for pairs that are ruled out.
+    is_out: Vec<u8>,
 }
 
 impl<'s> Search<'s> {
     fn new(space: &'s dyn Distances, near: &'s [Vec<u32>], so_far: Halving<'s>) -> Self {
         let count = space.count();
-        Self { space, near, so_far, row: vec![0.0; count], other: vec![0.0; BLOCK], is_out: vec![false; count] }
+        let (row, other, is_out) = (vec![0.0; count], vec![0.0; BLOCK], vec![0; count]);
+        Self { space, near, so_far, row, other, scattered: scattered(count), is_out }
     }
 
     /// Rules out pairs of `a` with larger vertices, by relative neighbours of `a`.
@@ -75,19 +78,20 @@ impl<'s> Search<'s> {
         let count = self.row.len();
         let first = a as usize + 1;
         self.space.lengths(a, a + 1, &mut self.row[first..]);
-        self.is_out[first..].fill(false);
+        self.is_out[first..].fill(0);
         for start in (first..count).step_by(BLOCK) {
             let end = (start + BLOCK).min(count);
             for &c in self.near[a as usize].iter().take(WITNESSES) {
                 let other = &mut self.other[..end - start];
                 self.space.lengths(c, start as u32, other);
-                let mut all = true;
+                let mut all = 1;
                 for ((is_out, ab), bc) in self.is_out[start..end].iter_mut().zip(&self.row[start..end]).zip(other) {
-                    // That ac is shorter too is checked by `candidates`: it is at most `done`.
-                    *is_out |= *bc < *ab;
+                    // That ac is shorter too is checked by `candidates`: it is at most `done`. A known pair is ruled
+                    // out by itself, where c is b.
+                    *is_out |= u8::from(*bc < *ab);
                     all &= *is_out;
                 }
-                if all {
+                if all == 1 {
                     break;
                 }
             }
@@ -97,21 +101,17 @@ impl<'s> Search<'s> {
     /// What is left of the row, longer than all edges so far.
     fn candidates(&self, a: u32, done: f64, limit: f64) -> impl Iterator<Item = Pair> + use<'_, 's> {
         let rest = self.row.iter().zip(&self.is_out).enumerate().skip(a as usize + 1);
-        let left = rest.filter(move |&(_, (&length, &is_out))| !is_out && length > done && length <= limit);
+        let left = rest.filter(move |&(_, (&length, &is_out))| is_out == 0 && length > done && length <= limit);
         left.map(move |(b, (&length, _))| Pair::new(length, a, b as u32))
     }
 
     fn has_empty_lune(&self, pair: Pair) -> bool {
         let Pair { length, a, b } = pair;
-        // Where a batch ended within one length, some pairs of that length are known.
-        if self.so_far.neighbours.get(a, b).is_some() {
-            return false;
-        }
         if self.near[b as usize].iter().any(|&c| self.space.length(a, c) < length) {
             return false;
         }
         let [row_a, row_b] = [a, b].map(|end| self.so_far.graph.row(self.so_far.placement.place(end)));
-        if meet(row_a, row_b) {
+        if row_a.iter().zip(row_b).any(|(x, y)| x & y != 0) {
             return false;
         }
         let is_in_lune = |c: u32| {
@@ -120,6 +120,19 @@ impl<'s> Search<'s> {
                 && Pair::new(self.space.length(a, c), a, c).before(&pair)
                 && Pair::new(self.space.length(b, c), b, c).before(&pair)
         };
-        !(0..self.row.len() as u32).any(is_in_lune)
+        !self.scattered.iter().any(|&c| is_in_lune(c))
     }
+}
+
+/// The numbers below `count`, in steps of about the golden section of it.
+fn scattered(count: usize) -> Vec<u32> {
+    let coprime = |&step: &usize| {
+        let (mut a, mut b) = (step, count);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a == 1
+    };
+    let step = (count * 5 / 8..).find(coprime).unwrap_or(1);
+    (0..count).map(|place| (place * step % count) as u32).collect()
 }

@@ -58,7 +58,7 @@ impl Graph {
         let mut starts = vec![0];
         let mut neighbours = Vec::new();
         for &vertex in chosen {
-            let kept = self.of(vertex).iter();
+            let kept = self.neighbours(vertex).iter();
             neighbours.extend(kept.filter_map(|&(b, value)| {
                 let place = chosen.binary_search(&b).ok()?;
                 Some((place as u32, value))
@@ -68,7 +68,8 @@ impl Graph {
         Self { starts, neighbours }
     }
 
-    fn of(&self, vertex: u32) -> &[(u32, f64)] {
+    /// The neighbours of a vertex in order, with their distances.
+    pub fn neighbours(&self, vertex: u32) -> &[(u32, f64)] {
         &self.neighbours[self.starts[vertex as usize]..self.starts[vertex as usize + 1]]
     }
 }
@@ -82,13 +83,13 @@ impl Distances for Graph {
         if a == b {
             return 0.0;
         }
-        let neighbours = self.of(a);
+        let neighbours = self.neighbours(a);
         neighbours.binary_search_by_key(&b, |&(b, _)| b).map_or(f64::INFINITY, |at| neighbours[at].1)
     }
 
     fn lengths(&self, a: u32, first: u32, out: &mut [f64]) {
         out.fill(f64::INFINITY);
-        let neighbours = self.of(a);
+        let neighbours = self.neighbours(a);
         let from = neighbours.partition_point(|&(b, _)| b < first);
         for &(b, value) in &neighbours[from..] {
             let Some(out) = out.get_mut((b - first) as usize) else { break };

@@ -2,7 +2,7 @@
 //!
 //! In: coordinates, or distances.
 //! Out: [`Distances`] of points in R^d ([`Points`]), of a [`Matrix`] or of a sparse [`Graph`]; a sample of
-//! [`landmarks()`].
+//! [`landmarks`](landmarks()).
 //! Invariants: lengths are symmetric to the last bit, not negative, not NaN; +infinity joins nothing. No triangle
 //! inequality is asked. Vertices are numbered in the order that decides ties: by lexicographic position in R^d, by
 //! index where only distances are given.
