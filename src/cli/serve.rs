@@ -11,7 +11,6 @@ use std::time::Duration;
 
 use anyhow::Context;
 use clap::{ArgGroup, Args, ValueEnum};
-use hopes::topology::Options;
 use hopes_protocol::{Simplify, View};
 
 use super::args::{
@@ -19,7 +18,9 @@ use super::args::{
     host_name, many, origin, resolution, window,
 };
 use super::{Failure, files};
-use crate::daemon::{self, BATCH, Feed, Input, OutputFrame, Settings, Sink, Source, Stop, StreamSettings};
+use crate::daemon::{
+    self, BATCH, Feed, Input, OutputFrame, PipelineOptions, Settings, Sink, Source, Stop, StreamSettings,
+};
 use crate::formats::frame_writer::{FrameForm, FrameWriter};
 use crate::formats::input::{Columns, Format};
 use crate::formats::points::{Form, Origin, PointSource};
@@ -218,7 +219,7 @@ impl Serve {
         let listen = self.sockets.listen.iter().map(Place::address).collect::<Result<_, _>>()?;
         Ok(Settings {
             default_stream: StreamSettings {
-                options: Options { window: self.window, resolution: self.resolution },
+                options: PipelineOptions { window: self.window, resolution: self.resolution, space: None },
                 frame_points: self.frame_points,
                 frame_every: self.frame_every,
             },

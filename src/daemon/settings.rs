@@ -9,10 +9,11 @@
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use hopes::topology::{Options, TrackOptions};
+use hopes::topology::TrackOptions;
 use hopes_protocol as wire;
 
 use super::address::Address;
+use super::streams::pipeline::PipelineOptions;
 use super::streams::queue::Overload;
 
 /// The name of this software in the protocol.
@@ -25,7 +26,7 @@ pub const DEFAULT_STREAM: &str = "default";
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StreamSettings {
     /// Which points stay.
-    pub options: Options,
+    pub options: PipelineOptions,
     /// Close a frame after so many points.
     pub frame_points: Option<u64>,
     /// Close a frame each time so much time has passed.

@@ -17,7 +17,7 @@ use thiserror::Error;
 use super::degrees::tell_choice;
 use super::input::{Columns, Format, Limits, ReadError, Reader, Record, opened};
 use super::recording::{Frames, Next, RecordingError};
-use crate::daemon::{Batch, Input};
+use crate::daemon::{Batch, Input, Point, Positions};
 
 /// How the points are written.
 #[derive(Clone, Debug)]
@@ -159,9 +159,9 @@ impl PointSource {
             let sent = match reader.next_record().map_err(PointsError::Read)? {
                 None => return Ok(Ok(())),
                 Some(Record::Points { points, time }) => {
-                    points.iter().try_for_each(|&[x, y]| batcher.add((x, y), time, line))
+                    points.iter().try_for_each(|&[x, y]| batcher.add(Point::Plane(x, y), time, line))
                 }
-                Some(Record::Retract { points }) => batcher.retract(points.iter().map(|&[x, y]| (x, y)), line),
+                Some(Record::Retract { points }) => batcher.retract(plane(points), line),
                 Some(Record::Commit { time }) => batcher.commit(time),
                 Some(Record::Blank) => batcher.commit(None),
                 Some(Record::Nothing) => Ok(()),
@@ -218,8 +218,8 @@ fn take(batcher: &mut Batcher<'_>, offset: u64, message: Message) -> Result<Resu
             .points
             .iter()
             .enumerate()
-            .try_for_each(|(index, &(x, y))| batcher.add((x, y), batch.times.get(index).copied(), offset)),
-        Message::Retract(retract) => batcher.retract(retract.points.into_iter(), offset),
+            .try_for_each(|(index, &(x, y))| batcher.add(Point::Plane(x, y), batch.times.get(index).copied(), offset)),
+        Message::Retract(retract) => batcher.retract(Positions::Plane(retract.points), offset),
         Message::Commit(commit) => batcher.commit(commit.time),
         Message::Elapsed(_) => Ok(()),
         Message::StreamOpened(_) | Message::Snapshot(_) | Message::Diff(_) => {
@@ -228,6 +228,10 @@ fn take(batcher: &mut Batcher<'_>, offset: u64, message: Message) -> Result<Resu
         other => batcher
             .report_error(format!("byte {offset}: a message of type {:#06x} has no place among points", other.kind())),
     })
+}
+
+fn plane(points: &[[f64; 2]]) -> Positions {
+    Positions::Plane(points.iter().map(|&[x, y]| (x, y)).collect())
 }
 
 /// Gathers points into batches, in order with all other inputs.
@@ -247,12 +251,13 @@ struct Batcher<'a> {
 }
 
 impl Batcher<'_> {
-    fn add(&mut self, position: (f64, f64), time: Option<f64>, line: u64) -> Result<(), Closed> {
+    fn add(&mut self, point: Point, time: Option<f64>, line: u64) -> Result<(), Closed> {
         // A message has times for all of its points, or for none.
-        if !self.batch.positions.is_empty() && self.batch.times.is_empty() == time.is_some() {
+        let has_other_times = !self.batch.positions.is_empty() && self.batch.times.is_empty() == time.is_some();
+        if has_other_times || !self.batch.positions.takes(point) {
             self.flush()?;
         }
-        self.batch.positions.push(position);
+        self.batch.positions.push(point);
         self.batch.times.extend(time);
         self.batch.lines.push(line);
         self.is_open = true;
@@ -263,18 +268,13 @@ impl Batcher<'_> {
         if self.frame_points.is_some_and(|limit| self.points >= limit) { self.commit(None) } else { Ok(()) }
     }
 
-    fn retract(&mut self, points: impl Iterator<Item = (f64, f64)>, line: u64) -> Result<(), Closed> {
+    fn retract(&mut self, points: Positions, line: u64) -> Result<(), Closed> {
         self.flush()?;
         self.is_open = true;
-        let points: Vec<(f64, f64)> = points.collect();
-        points.chunks(self.most).try_for_each(|points| {
-            let lines = vec![line; points.len()];
-            self.send(Input::Retract(Batch {
-                positions: points.to_vec(),
-                lines,
-                place: self.place,
-                ..Batch::default()
-            }))
+        (0..points.len()).step_by(self.most).try_for_each(|first| {
+            let positions = points.some(first..points.len().min(first + self.most));
+            let lines = vec![line; positions.len()];
+            self.send(Input::Retract(Batch { positions, lines, place: self.place, ..Batch::default() }))
         })
     }
 
@@ -343,6 +343,6 @@ mod tests {
         };
         assert!(matches!(source.read(&mut sink, &|_| ()), Err(PointsError::Frames(RecordingError::Frame { .. }))));
         let [Input::Commit(None), Input::Points(points)] = &inputs[..] else { panic!("{inputs:?}") };
-        assert_eq!(points.positions, [(1.0, 2.0), (3.0, 4.0)]);
+        assert_eq!(points.positions, Positions::Plane(vec![(1.0, 2.0), (3.0, 4.0)]));
     }
 }

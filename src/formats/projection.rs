@@ -14,7 +14,7 @@
 use hopes::topology::Exact;
 use thiserror::Error;
 
-use crate::daemon::{Batch, Input};
+use crate::daemon::{Batch, Input, Point, Positions};
 
 /// The Earth's mean radius, in metres.
 const RADIUS: f64 = 6_371_008.8;
@@ -138,11 +138,13 @@ impl Projector {
             other => return sink(other),
         };
         let mut good = Batch { place: batch.place, ..Batch::default() };
-        for (index, &(x, y)) in batch.positions.iter().enumerate() {
+        // Points of another space are no longitudes and latitudes.
+        let Positions::Plane(points) = &batch.positions else { return sink(wrap(batch)) };
+        for (index, &(x, y)) in points.iter().enumerate() {
             let line = batch.lines.get(index).copied();
             match self.metres([x, y]) {
                 Ok([x, y]) => {
-                    good.positions.push((x, y));
+                    good.positions.push(Point::Plane(x, y));
                     good.times.extend(batch.times.get(index));
                     good.tags.extend(batch.tags.get(index));
                     good.lines.extend(line);

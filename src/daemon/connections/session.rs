@@ -26,7 +26,7 @@ use crate::daemon::report::report;
 use crate::daemon::settings::SOFTWARE;
 use crate::daemon::streams::convert;
 use crate::daemon::streams::directory::Directory;
-use crate::daemon::streams::input::{Batch, Input};
+use crate::daemon::streams::input::{Batch, Input, Positions};
 use crate::daemon::streams::queue::{Closed, Item, Origin};
 use crate::daemon::streams::reply::{ReplySink, ReplyTo};
 use crate::daemon::streams::stream::Stream;
@@ -216,13 +216,13 @@ impl<'a> Session<'a> {
             }
         }
         self.check_size(points.len())?;
-        let batch = Batch { positions: points, times, tags, ..Batch::default() };
+        let batch = Batch { positions: Positions::Plane(points), times, tags, ..Batch::default() };
         self.feed(channel, Input::Points(batch), sequence, Some(pending))
     }
 
     fn retract(&mut self, channel: u32, retract: wire::Retract, pending: PendingAnswer) -> Result<(), Refused> {
         self.check_size(retract.points.len())?;
-        let batch = Batch { positions: retract.points, ..Batch::default() };
+        let batch = Batch { positions: Positions::Plane(retract.points), ..Batch::default() };
         self.feed(channel, Input::Retract(batch), retract.sequence, Some(pending))
     }
 

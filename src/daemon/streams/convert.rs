@@ -9,9 +9,11 @@
 use std::num::{NonZeroU32, NonZeroU64};
 
 use hopes::topology::{
-    Critical, Diff, EdgeId, EventKind, Options, Refusal, Step, Track, TrackEvent, Vertices, ViewSpec, Window,
+    Critical, Diff, EdgeId, EventKind, Refusal, Step, Track, TrackEvent, Vertices, ViewSpec, Window,
 };
 use hopes_protocol as wire;
+
+use super::pipeline::PipelineOptions;
 
 /// What turns the frame before into this one.
 pub fn diff(stream: u32, view: wire::View, step: &Step, rejected: u64) -> wire::Diff {
@@ -182,12 +184,12 @@ pub fn wire_window(window: Window) -> wire::Window {
 ///
 /// # Errors
 /// What is wrong with them.
-pub fn options(of_window: Option<wire::Window>, resolution: Option<f64>) -> Result<Options, &'static str> {
+pub fn options(of_window: Option<wire::Window>, resolution: Option<f64>) -> Result<PipelineOptions, &'static str> {
     let is_step = |step: &f64| step.is_finite() && *step > 0.0;
     if resolution.as_ref().is_some_and(|step| !is_step(step)) {
         return Err("a resolution must be a finite number above 0");
     }
-    Ok(Options { window: window(of_window.unwrap_or(wire::Window::All))?, resolution })
+    Ok(PipelineOptions { window: window(of_window.unwrap_or(wire::Window::All))?, resolution, space: None })
 }
 
 /// Which of the protocol's reasons a refusal has.

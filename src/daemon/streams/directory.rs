@@ -22,12 +22,13 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crossbeam_channel::{Receiver, Sender, bounded};
-use hopes::topology::{Exact, Options, TrackOptions, Window};
+use hopes::topology::{Exact, TrackOptions, Window};
 use hopes_protocol as wire;
 
 use super::convert;
 use super::engine::{Engine, EngineSettings, Standard};
 use super::error::EngineError;
+use super::pipeline::PipelineOptions;
 use super::queue::{Overload, Queue};
 use super::requests::{Request, Requests};
 use super::roster::Roster;
@@ -209,7 +210,8 @@ impl Directory {
         wakes: Receiver<()>,
     ) -> Result<JoinHandle<()>, OpenError> {
         let engine =
-            Engine::new(Arc::clone(&self.roster), Arc::clone(&self.memory), Arc::clone(stream), wakes, settings);
+            Engine::new(Arc::clone(&self.roster), Arc::clone(&self.memory), Arc::clone(stream), wakes, settings)
+                .map_err(|error| OpenError { code: wire::ErrorCode::BadOptions, text: error.to_string() })?;
         let (directory, supervised) = (Arc::clone(self), Arc::clone(stream));
         let spawned = thread::Builder::new()
             .name(format!("engine {}", stream.state.number))
@@ -328,7 +330,7 @@ impl Directory {
 }
 
 /// The options that a peer asks for.
-fn check_open(open: &wire::Open) -> Result<Options, OpenError> {
+fn check_open(open: &wire::Open) -> Result<PipelineOptions, OpenError> {
     if !wire::is_name(&open.name) {
         let text = format!(
             "{:?} is no name: it has 1 to {} bytes, no control character and no *",
@@ -342,7 +344,7 @@ fn check_open(open: &wire::Open) -> Result<Options, OpenError> {
 }
 
 /// Whether a stream has the options that a peer asks for; those that are not given may be anything.
-fn check_same_options(open: &wire::Open, options: Options, stream: &Stream) -> Result<(), OpenError> {
+fn check_same_options(open: &wire::Open, options: PipelineOptions, stream: &Stream) -> Result<(), OpenError> {
     let has = stream.state.options;
     let is_other = open.window.is_some() && options.window != has.window
         || open.resolution.is_some() && options.resolution != has.resolution;
@@ -354,7 +356,7 @@ fn check_same_options(open: &wire::Open, options: Options, stream: &Stream) -> R
 }
 
 /// Options as the command line has them.
-fn in_words(options: Options) -> String {
+fn in_words(options: PipelineOptions) -> String {
     let window = match options.window {
         Window::All => "all".to_owned(),
         Window::Points(number) => format!("points:{number}"),

@@ -24,7 +24,8 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, after, never, select, tick};
-use hopes::topology::{Contradiction, Follower, Pipeline, TrackOptions, ViewSpec};
+use hopes::topology::spaces::SpaceError;
+use hopes::topology::{Contradiction, Follower, TrackOptions, ViewSpec};
 
 use self::request_share::RequestShare;
 use self::stage_clock::StageClock;
@@ -32,6 +33,7 @@ use self::uncommitted::Uncommitted;
 use super::convert;
 use super::error::EngineError;
 use super::output::{Output, OutputFrame, Sent};
+use super::pipeline::AnyPipeline;
 use super::publishing::cursor::Cursor;
 use super::publishing::track_log::TrackFrame;
 use super::publishing::views::{ViewFollower, Views};
@@ -75,7 +77,7 @@ pub struct Engine {
     settings: StreamSettings,
     limits: Limits,
     is_checking: bool,
-    pipeline: Pipeline,
+    pipeline: AnyPipeline,
     clock: Arc<StageClock>,
     input_errors: InputErrors,
     /// For what producers can cause.
@@ -109,20 +111,23 @@ pub struct Engine {
 
 impl Engine {
     /// An engine of a stream that is on the roster.
+    ///
+    /// # Errors
+    /// The dimension that the stream is to have does not suit its metric.
     pub fn new(
         roster: Arc<Roster>,
         memory: Arc<Memory>,
         stream: Arc<Stream>,
         wakes: Receiver<()>,
         settings: EngineSettings,
-    ) -> Self {
+    ) -> Result<Self, SpaceError> {
         let EngineSettings { stream: of_stream, limits, tracking, is_checking, standard } = settings;
         let views = Views::new(Arc::clone(&stream.state), Arc::clone(&memory), &limits, tracking);
         let uncommitted = Uncommitted::new(Arc::clone(&stream.state.accounts.points));
-        let (mut pipeline, clock) = (Pipeline::new(of_stream.options), Arc::new(StageClock::default()));
+        let (mut pipeline, clock) = (AnyPipeline::new(of_stream.options)?, Arc::new(StageClock::default()));
         let of_pipeline = Arc::clone(&clock);
         pipeline.set_stage_listener(move |stage| of_pipeline.begin(stage));
-        Self {
+        Ok(Self {
             pipeline,
             clock,
             input_errors: standard.input_errors,
@@ -150,7 +155,7 @@ impl Engine {
             newest_time: None,
             worked: Duration::ZERO,
             is_over: false,
-        }
+        })
     }
 
     /// Works until nothing more can come, a producer ends the stream, or the output's reader has gone.

@@ -9,11 +9,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use hopes::topology::Options;
 use hopes_protocol as wire;
 
 use super::convert;
 use super::frame_times::FrameTimes;
+use super::pipeline::PipelineOptions;
 use super::publishing::published::Published;
 use crate::daemon::memory::{Account, Memory};
 
@@ -27,7 +27,7 @@ pub struct StreamState {
     /// Differs between streams of one name.
     pub epoch: u64,
     /// Which points stay.
-    pub options: Options,
+    pub options: PipelineOptions,
     /// What it publishes beside its views.
     pub published: Published,
     /// What is counted.
@@ -62,7 +62,7 @@ impl Accounts {
 
 impl StreamState {
     /// A stream without frames.
-    pub fn new(number: u32, name: String, epoch: u64, options: Options, accounts: Accounts) -> Self {
+    pub fn new(number: u32, name: String, epoch: u64, options: PipelineOptions, accounts: Accounts) -> Self {
         let (published, stats) = (Published::default(), Stats::default());
         Self { number, name, epoch, options, published, stats, accounts }
     }

@@ -9,12 +9,13 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use hopes::topology::{Pipeline, Region, TrackOptions, Tracker};
+use hopes::topology::{Region, TrackOptions, Tracker};
 use hopes_protocol as wire;
 
 use super::track_log::{Living, TrackFrame};
 use crate::daemon::memory::Account;
 use crate::daemon::streams::convert;
+use crate::daemon::streams::pipeline::AnyPipeline;
 
 /// Follows the tracks of a stream.
 #[derive(Debug)]
@@ -34,7 +35,7 @@ impl Tracking {
     }
 
     /// What has happened up to the newest frame, unless that was asked before.
-    pub fn poll(&mut self, pipeline: &mut Pipeline, with_cycles: bool) -> Option<TrackFrame> {
+    pub fn poll(&mut self, pipeline: &mut AnyPipeline, with_cycles: bool) -> Option<TrackFrame> {
         let step = pipeline.poll_tracks(&mut self.tracker)?;
         if step.left_out > 0 && !self.has_warned {
             tracing::warn!(
@@ -49,13 +50,13 @@ impl Tracking {
     }
 
     /// The newest frame again, with cycles.
-    pub fn with_cycles(&mut self, pipeline: &mut Pipeline, before: &TrackFrame) -> TrackFrame {
+    pub fn with_cycles(&mut self, pipeline: &mut AnyPipeline, before: &TrackFrame) -> TrackFrame {
         self.frame(pipeline, before.frame, before.time, before.events.clone(), true)
     }
 
     fn frame(
         &mut self,
-        pipeline: &mut Pipeline,
+        pipeline: &mut AnyPipeline,
         frame: u64,
         time: Option<f64>,
         events: Vec<wire::TrackEvent>,
@@ -78,7 +79,7 @@ impl Tracking {
 
     /// Finds the cycles of all living tracks. A track that is missing in the frame has none. Returns the memory that
     /// new cycles take.
-    fn update_cycles(&mut self, pipeline: &mut Pipeline) -> usize {
+    fn update_cycles(&mut self, pipeline: &mut AnyPipeline) -> usize {
         let mut bytes = 0;
         let regions: HashMap<u64, Region> =
             pipeline.track_regions(&self.tracker).into_iter().map(|(id, region)| (id.0, region)).collect();

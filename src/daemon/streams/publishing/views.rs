@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use hopes::topology::{Follower, Pipeline, SimplifiedFollower, Step, TrackOptions};
+use hopes::topology::{Follower, SimplifiedFollower, Step, TrackOptions};
 use hopes_protocol as wire;
 
 use super::cursor::{Cursor, Start};
@@ -26,6 +26,7 @@ use crate::daemon::report::report;
 use crate::daemon::settings::Limits;
 use crate::daemon::streams::consumer::SnapshotPlace;
 use crate::daemon::streams::convert;
+use crate::daemon::streams::pipeline::AnyPipeline;
 use crate::daemon::streams::requests::{Request, Wishes};
 use crate::daemon::streams::stream_state::StreamState;
 
@@ -63,7 +64,7 @@ impl ViewFollower {
     }
 
     /// What has changed since the last poll, if there is a new frame.
-    pub fn poll(&mut self, pipeline: &mut Pipeline) -> Option<Step> {
+    pub fn poll(&mut self, pipeline: &mut AnyPipeline) -> Option<Step> {
         match self {
             Self::Plain(follower) => pipeline.poll_step(follower),
             Self::Simplified(follower) => pipeline.poll_simplified(follower),
@@ -100,7 +101,7 @@ struct Watched {
 
 impl Watched {
     /// A view without cursors, whose first change will be that of the next frame.
-    fn new(view: wire::View, pipeline: &mut Pipeline) -> Self {
+    fn new(view: wire::View, pipeline: &mut AnyPipeline) -> Self {
         let mut follower = ViewFollower::new(view);
         let newest = follower.poll(pipeline).map_or(0, |step| step.number);
         let log = Arc::new(ViewLog::new(view, newest));
@@ -138,7 +139,7 @@ impl Watched {
         stream: &StreamState,
         cause: wire::Cause,
         rejected: u64,
-        pipeline: &mut Pipeline,
+        pipeline: &mut AnyPipeline,
     ) -> Option<Snapshot> {
         let known = self.known_snapshot(cause);
         known.or_else(|| {
@@ -200,7 +201,7 @@ impl Views {
     }
 
     /// Serves a request of a consumer.
-    pub fn serve(&mut self, request: Request<Cursor>, pipeline: &mut Pipeline) {
+    pub fn serve(&mut self, request: Request<Cursor>, pipeline: &mut AnyPipeline) {
         match request {
             Request::Cursor(wishes) => self.serve_cursor(wishes, pipeline),
             Request::SnapshotOnce(view, answer) => {
@@ -215,7 +216,7 @@ impl Views {
         }
     }
 
-    fn serve_cursor(&mut self, wishes: Wishes<Cursor>, pipeline: &mut Pipeline) {
+    fn serve_cursor(&mut self, wishes: Wishes<Cursor>, pipeline: &mut AnyPipeline) {
         let Wishes { cursor, join, view: change, tracks, snapshot, leave } = wishes;
         if leave {
             self.remove(&cursor);
@@ -244,7 +245,7 @@ impl Views {
 
     /// Publishes what has happened to tracks up to the newest frame, if a consumer or the output wants it and it is not
     /// published yet.
-    pub fn publish_tracks(&mut self, pipeline: &mut Pipeline, has_output: bool) -> Option<Arc<TrackFrame>> {
+    pub fn publish_tracks(&mut self, pipeline: &mut AnyPipeline, has_output: bool) -> Option<Arc<TrackFrame>> {
         let history = self.history();
         let tracking = self.tracking.as_mut().filter(|_| pipeline.committed() > 0)?;
         let cursors = self.watched.iter().flat_map(|watched| &watched.cursors);
@@ -268,7 +269,7 @@ impl Views {
     }
 
     /// Publishes the newest frame in all views.
-    pub fn publish(&mut self, pipeline: &mut Pipeline, rejected: u64) {
+    pub fn publish(&mut self, pipeline: &mut AnyPipeline, rejected: u64) {
         (self.rejected, self.once) = (rejected, None);
         let history = self.history();
         self.watched.retain(|watched| watched.idle_since.is_none_or(|since| since.elapsed() < KEPT));
@@ -287,7 +288,7 @@ impl Views {
     }
 
     /// Closes all cursors after the stream's last frame.
-    pub fn close(&mut self, pipeline: &mut Pipeline, reason: &str) {
+    pub fn close(&mut self, pipeline: &mut AnyPipeline, reason: &str) {
         let cursors: Vec<Arc<Cursor>> = self.watched.iter().flat_map(|watched| watched.cursors.clone()).collect();
         for cursor in cursors {
             if cursor.needs_snapshot() && pipeline.committed() > 0 {
@@ -297,7 +298,7 @@ impl Views {
         }
     }
 
-    fn join(&mut self, cursor: &Arc<Cursor>, view: wire::View, resume: Option<wire::Resume>, pipeline: &mut Pipeline) {
+    fn join(&mut self, cursor: &Arc<Cursor>, view: wire::View, resume: Option<wire::Resume>, pipeline: &mut AnyPipeline) {
         self.stream.stats.consumers.fetch_add(1, Ordering::Relaxed);
         if !self.has_room_for(view, None) {
             return self.refuse(cursor, wire::ErrorCode::TooManyViews, &self.too_many_views());
@@ -317,7 +318,7 @@ impl Views {
     }
 
     /// A view that the cursor has left, and nobody else follows, is not kept: it was left on purpose.
-    fn change_view(&mut self, cursor: &Arc<Cursor>, change: wire::ChangeView, pipeline: &mut Pipeline) {
+    fn change_view(&mut self, cursor: &Arc<Cursor>, change: wire::ChangeView, pipeline: &mut AnyPipeline) {
         /// The type of the message that asks for it.
         const CHANGE_VIEW: u16 = 0x0202;
         if !self.has_room_for(change.view, Some(cursor)) {
@@ -357,7 +358,7 @@ impl Views {
     }
 
     /// A view that is watched; from now on, if it was not. There must be room for it.
-    fn watch(&mut self, view: wire::View, pipeline: &mut Pipeline) -> &mut Watched {
+    fn watch(&mut self, view: wire::View, pipeline: &mut AnyPipeline) -> &mut Watched {
         let place = self.watched.iter().position(|watched| watched.log.view == view).unwrap_or_else(|| {
             if self.watched.len() >= self.most {
                 self.drop_idle(self.idle_count().saturating_sub(1));
@@ -388,7 +389,7 @@ impl Views {
     }
 
     /// Gives a cursor the snapshot that it awaits; if there is no frame yet, the first one. A peer gets one at a time.
-    fn send_awaited(&mut self, cursor: &Arc<Cursor>, pipeline: &mut Pipeline) {
+    fn send_awaited(&mut self, cursor: &Arc<Cursor>, pipeline: &mut AnyPipeline) {
         if pipeline.committed() == 0 {
             self.early.push(Arc::clone(cursor));
             return;
@@ -399,7 +400,7 @@ impl Views {
         }
     }
 
-    fn send_snapshot(&mut self, cursor: &Arc<Cursor>, place: Option<SnapshotPlace>, pipeline: &mut Pipeline) {
+    fn send_snapshot(&mut self, cursor: &Arc<Cursor>, place: Option<SnapshotPlace>, pipeline: &mut AnyPipeline) {
         let Some(cause) = cursor.awaited() else { return };
         let Some(of_cursor) = self.watched.iter().position(|watched| watched.has(cursor)) else { return };
         let is_known = self.watched[of_cursor].known_snapshot(cause).is_some();
@@ -415,7 +416,7 @@ impl Views {
 
     /// Whether there is room for another snapshot, and for computing its frame, if need be without what can be made
     /// again.
-    fn makes_room_for_snapshot(&mut self, pipeline: &Pipeline) -> bool {
+    fn makes_room_for_snapshot(&mut self, pipeline: &AnyPipeline) -> bool {
         let of_snapshot = pipeline.vertex_count() as u64 * SNAPSHOT_BYTES_OF_A_VERTEX;
         let needed = of_snapshot + pipeline.bytes_to_compute() as u64;
         if self.memory.has_no_room_for(needed) {
@@ -425,7 +426,7 @@ impl Views {
     }
 
     /// The newest frame without a cursor; none if there is none yet, or no room for it. No view is followed for it.
-    fn snapshot_once(&mut self, view: wire::View, pipeline: &mut Pipeline) -> Option<Arc<Charged<wire::Snapshot>>> {
+    fn snapshot_once(&mut self, view: wire::View, pipeline: &mut AnyPipeline) -> Option<Arc<Charged<wire::Snapshot>>> {
         if let Some(known) = self.once.as_ref().filter(|known| known.frame.view == view) {
             return Some(Arc::clone(known));
         }
@@ -441,7 +442,7 @@ impl Views {
     }
 
     /// Publishes as many dots as any consumer wants.
-    fn publish_dots(&mut self, pipeline: &mut Pipeline) {
+    fn publish_dots(&mut self, pipeline: &mut AnyPipeline) {
         let cursors = self.watched.iter().flat_map(|watched| &watched.cursors);
         let most = cursors.map(|cursor| cursor.dots_wanted()).max().unwrap_or(0);
         let published = &self.stream.published;
