@@ -2,8 +2,9 @@
 //!
 //! In: field values. Out: the types of the messages.
 //!
-//! Invariants: a released message never changes, and the cases of an enum keep their order. Coordinates are a flat list:
-//! point after point, `dimension` numbers each. Lists of a skeleton are sorted as in a [`Snapshot`](crate::Snapshot).
+//! Invariants: a released message never changes, and the cases of an enum keep their order. Coordinates are a flat
+//! list: point after point, `dimension` numbers each. Lists of a skeleton are sorted as in a
+//! [`Snapshot`](crate::Snapshot).
 //!
 //! Must not know: bytes, how lengths are computed.
 

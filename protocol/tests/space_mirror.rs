@@ -2,7 +2,8 @@
 //! refuses what does not fit.
 //!
 //! In: sequences of random skeletons in 1, 3 and 20 dimensions; diffs and snapshots that this test makes of them by
-//! SPEC.md alone. Out: whether the mirror equals the original, and whether messages that do not fit give the right error.
+//! SPEC.md alone. Out: whether the mirror equals the original, and whether messages that do not fit give the right
+//! error.
 //!
 //! Invariants: coordinates are compared bit by bit. The checksum is computed from scratch by SPEC.md.
 //!

@@ -2,8 +2,8 @@
 //!
 //! In: an id and a position. Out: the hash of the vertex.
 //!
-//! Invariants: a position of two coordinates has the same hash whichever way it is held. Only the two kinds of positions
-//! below exist.
+//! Invariants: a position of two coordinates has the same hash whichever way it is held. Only the two kinds of
+//! positions below exist.
 //!
 //! Must not know: messages, mirrors.
 

@@ -3,9 +3,9 @@
 //!
 //! In: nothing. Out: samples.
 //!
-//! Invariants: `space_snapshot`, `space_diff` and `space_diff_onwards` are one sequence as a client would receive it, and
-//! so are `space_tracks_start`, `space_tracks` and `space_tracks_merged`. All checksums are right. Otherwise as in the
-//! parent module.
+//! Invariants: `space_snapshot`, `space_diff` and `space_diff_onwards` are one sequence as a client would receive it,
+//! and so are `space_tracks_start`, `space_tracks` and `space_tracks_merged`. All checksums are right. Otherwise as in
+//! the parent module.
 
 use hopes_protocol::*;
 
