@@ -13,26 +13,35 @@ mod samples;
 use std::collections::BTreeSet;
 
 use hopes_protocol::{
-    Banner, BodyError, Decoder, Frame, FrameError, HEADER, LARGEST_FRAME, Message, VERSION, encode, header,
+    Banner, BodyError, Decoder, Frame, FrameError, HEADER, LARGEST_FRAME, Message, NEWEST_VERSION, VERSION, encode,
+    header,
 };
 use samples::bad::{self, frame_of, long};
 use samples::random::Random;
 
+/// A decoder of the newest version.
+fn newest(largest: u32) -> Decoder {
+    let mut decoder = Decoder::new(largest);
+    decoder.set_version(NEWEST_VERSION);
+    decoder
+}
+
 /// The result of a decoder that is given all bytes at once.
 fn read(bytes: &[u8]) -> Result<Option<Frame>, FrameError> {
-    let mut decoder = Decoder::new(LARGEST_FRAME);
+    let mut decoder = newest(LARGEST_FRAME);
     decoder.push(bytes);
     decoder.frame()
 }
 
 /// A frame of the newest version with a correct header and CRC around any body.
 fn sealed(kind: u16, body: &[u8]) -> Vec<u8> {
-    frame_of(VERSION, kind, body)
+    frame_of(NEWEST_VERSION, kind, body)
 }
 
 /// All samples as whole frames.
 fn frames() -> Vec<Vec<u8>> {
-    let encoded = |sample: samples::Sample| encode(VERSION, sample.channel, &sample.message).expect("it is short");
+    let encoded =
+        |sample: samples::Sample| encode(NEWEST_VERSION, sample.channel, &sample.message).expect("it is short");
     samples::all().into_iter().map(encoded).collect()
 }
 
@@ -51,12 +60,12 @@ fn all_bad() -> Vec<(u16, bad::Bad)> {
 /// Reads any body. If it can be read, then writing and reading it again gives the same. If not, the error is of the
 /// right class.
 fn read_body(kind: u16, body: &[u8]) -> bool {
-    match Message::decode(VERSION, kind, body) {
+    match Message::decode(NEWEST_VERSION, kind, body) {
         Ok(message) => {
-            let written = encode(VERSION, 7, &message).expect("it is short");
+            let written = encode(NEWEST_VERSION, 7, &message).expect("it is short");
             let again = read(&written).expect("it is right").expect("it is whole").message().expect("it can be read");
             // The bytes are compared, since NaN differs from itself.
-            assert_eq!(encode(VERSION, 7, &again).expect("it is short"), written);
+            assert_eq!(encode(NEWEST_VERSION, 7, &again).expect("it is short"), written);
             assert!(written.len() <= HEADER + body.len() + 4, "{kind:#06x} {body:?}");
             true
         }
@@ -66,7 +75,7 @@ fn read_body(kind: u16, body: &[u8]) -> bool {
         }
         Err(BodyError::TrailingBytes { kind: found, extra }) => {
             assert!(found == kind && (1..=body.len()).contains(&extra));
-            Message::decode(VERSION, kind, &body[..body.len() - extra]).expect("the bytes before are a body");
+            Message::decode(NEWEST_VERSION, kind, &body[..body.len() - extra]).expect("the bytes before are a body");
             false
         }
         Err(error) => panic!("{kind:#06x} is known, and its body short: {error}"),
@@ -106,15 +115,28 @@ fn unknown_types_are_refused_whatever_their_body() {
     for kind in 0..=u16::MAX {
         if Message::KINDS.iter().all(|&(known, _)| known != kind) {
             let count = random.below(16);
-            assert_eq!(Message::decode(VERSION, kind, &random.bytes(count)), Err(BodyError::UnknownType { kind }));
+            assert_eq!(
+                Message::decode(NEWEST_VERSION, kind, &random.bytes(count)),
+                Err(BodyError::UnknownType { kind })
+            );
         }
     }
 }
 
 /// Messages that version 1 does not have, and the first version of each.
-const LATER: [(u16, u16); 10] = [
+const LATER: [(u16, u16); 20] = [
+    (0x000B, 4),
+    (0x000C, 4),
+    (0x010D, 4),
+    (0x010E, 4),
+    (0x010F, 4),
+    (0x0110, 4),
     (0x020D, 2),
     (0x020E, 2),
+    (0x0210, 4),
+    (0x0211, 4),
+    (0x0212, 4),
+    (0x0213, 4),
     (0x0301, 3),
     (0x0302, 3),
     (0x0303, 3),
@@ -131,12 +153,12 @@ fn a_version_neither_reads_nor_writes_messages_of_a_later_one() {
     for sample in samples::all() {
         let kind = sample.message.kind();
         let unknown = BodyError::UnknownType { kind };
-        let Frame { body, .. } = read(&encode(VERSION, 7, &sample.message).expect("it is short"))
+        let Frame { body, .. } = read(&encode(NEWEST_VERSION, 7, &sample.message).expect("it is short"))
             .expect("it is right")
             .expect("it is whole");
         let later = LATER.into_iter().find(|(later, _)| *later == kind);
         assert_eq!(sample.message.since(), later.map_or(1, |(_, since)| since), "{}", sample.name);
-        for version in 0..=VERSION + 1 {
+        for version in 0..=NEWEST_VERSION + 1 {
             let is_known = version >= sample.message.since();
             let expected = if is_known { Ok(sample.message.clone()) } else { Err(unknown.clone()) };
             assert_eq!(Message::decode(version, kind, &body), expected, "{} in version {version}", sample.name);
@@ -194,7 +216,7 @@ fn all_supported_versions_are_read_until_one_is_agreed_on() {
 fn a_body_cut_off_anywhere_is_refused() {
     for (kind, body) in bodies() {
         for length in 0..body.len() {
-            let read = Message::decode(VERSION, kind, &body[..length]);
+            let read = Message::decode(NEWEST_VERSION, kind, &body[..length]);
             assert!(matches!(read, Err(BodyError::Malformed { .. })), "{kind:#06x} cut after {length}: {read:?}");
         }
     }
@@ -206,7 +228,7 @@ fn a_body_with_trailing_bytes_is_refused() {
     for (kind, body) in bodies() {
         for extra in 1..20 {
             let longer = [body.clone(), random.bytes(extra)].concat();
-            assert_eq!(Message::decode(VERSION, kind, &longer), Err(BodyError::TrailingBytes { kind, extra }));
+            assert_eq!(Message::decode(NEWEST_VERSION, kind, &longer), Err(BodyError::TrailingBytes { kind, extra }));
         }
     }
 }
@@ -269,7 +291,7 @@ fn a_frame_cut_off_anywhere_is_incomplete() {
     for bytes in frames() {
         let whole = read(&bytes);
         for length in 0..bytes.len() {
-            let mut decoder = Decoder::new(LARGEST_FRAME);
+            let mut decoder = newest(LARGEST_FRAME);
             decoder.push(&bytes[..length]);
             assert_eq!((decoder.frame(), decoder.is_within_frame()), (Ok(None), length > 0));
             decoder.push(&bytes[length..]);
@@ -304,13 +326,16 @@ fn assert_of_either(frame: &Frame, first: &[u8], second: &[u8]) {
     let either = [first, second].map(|bytes| read(bytes).expect("it is right").expect("it is whole"));
     let has_header = |of: &Frame| (of.channel, of.kind) == (frame.channel, frame.kind);
     assert!(either.iter().any(has_header), "{frame:?}");
-    // Four zero bytes anywhere are the CRC of an empty body.
-    assert!(frame.body.is_empty() || either.iter().any(|of| of.body == frame.body), "{frame:?}");
+    // Four zero bytes anywhere are the CRC of an empty body, and four bytes of 255 are their own.
+    assert!(
+        frame.body.is_empty() || frame.body == [255; 4] || either.iter().any(|of| of.body == frame.body),
+        "{frame:?}"
+    );
 }
 
 /// The banner and the frames that a decoder finds in a stream, with their offsets.
 fn stream(pieces: &mut dyn Iterator<Item = &[u8]>) -> (Option<Banner>, Vec<(u64, Frame)>) {
-    let mut decoder = Decoder::new(LARGEST_FRAME);
+    let mut decoder = newest(LARGEST_FRAME);
     let (mut banner, mut frames) = (None, Vec::new());
     for piece in pieces {
         decoder.push(piece);
@@ -363,8 +388,8 @@ fn lengths_are_checked_before_the_body_arrives() {
     let mut random = Random::new(9);
     for _ in 0..100_000 {
         let (length, largest) = (random.word() as u32 >> random.below(32), random.word() as u32 >> random.below(32));
-        let mut decoder = Decoder::new(largest);
-        decoder.push(&header(VERSION, 0x0103, 7, length));
+        let mut decoder = newest(largest);
+        decoder.push(&header(NEWEST_VERSION, 0x0103, 7, length));
         let expected = if length > largest { Err(FrameError::TooLarge { length, largest }) } else { Ok(None) };
         assert_eq!(decoder.frame(), expected);
     }
@@ -374,7 +399,7 @@ fn lengths_are_checked_before_the_body_arrives() {
 fn frames_of_the_largest_size_are_accepted() {
     let bytes = sealed(0x0103, &[7; 1000]);
     for (largest, is_taken) in [(999, false), (1000, true), (1001, true)] {
-        let mut decoder = Decoder::new(largest);
+        let mut decoder = newest(largest);
         decoder.push(&bytes);
         assert_eq!(matches!(decoder.frame(), Ok(Some(_))), is_taken, "{largest}");
     }
@@ -382,7 +407,7 @@ fn frames_of_the_largest_size_are_accepted() {
 
 #[test]
 fn other_versions_are_refused_whatever_their_length() {
-    for agreed in [1, 2, 3, 513] {
+    for agreed in [1, 2, 3, 4, 513] {
         for found in (0..1_000).chain([0xFF00, u16::MAX]) {
             let mut decoder = Decoder::new(16);
             decoder.set_version(agreed);
@@ -456,11 +481,11 @@ mod memory {
         bodies.iter().for_each(|(kind, body)| assert!(read_body(*kind, body)));
         let before = peak_of_memory();
         for (kind, body) in &hostile {
-            let _ = black_box(Message::decode(VERSION, *kind, body));
+            let _ = black_box(Message::decode(NEWEST_VERSION, *kind, body));
         }
         for length in [0, 1 << 20, LARGEST_FRAME, u32::MAX] {
-            let mut decoder = Decoder::new(u32::MAX);
-            decoder.push(&header(VERSION, 0x0103, 7, length));
+            let mut decoder = newest(u32::MAX);
+            decoder.push(&header(NEWEST_VERSION, 0x0103, 7, length));
             assert_eq!(black_box(&mut decoder).frame(), Ok(None));
         }
         let grown = peak_of_memory() - before;
@@ -469,7 +494,7 @@ mod memory {
             let mut body = [before, &long(1 << 36)].concat();
             body.resize(16 << 20, 7);
             let before = peak_of_memory();
-            assert!(black_box(Message::decode(VERSION, kind, &body)).is_err());
+            assert!(black_box(Message::decode(NEWEST_VERSION, kind, &body)).is_err());
             let grown = peak_of_memory() - before;
             assert!(grown <= ALLOWED, "{grown} bytes for a body of 16 MiB that announces 64 GiB");
         }

@@ -1,6 +1,7 @@
 //! A track mirror: a consumer's copy of the tracks of a stream. It applies their events.
 //!
-//! In: [`Tracks`]. Out: the living tracks by id, each in its last reported state, and their cycles.
+//! In: [`Tracks`](crate::Tracks) or [`SpaceTracks`](crate::SpaceTracks). Out: the living tracks by id, each in its last
+//! reported state, and their cycles.
 //!
 //! The contract: living tracks are the same whether they were reported by events alone or listed in every frame
 //! (SPEC.md, section 9).
@@ -14,7 +15,9 @@ use std::collections::BTreeMap;
 
 use thiserror::Error;
 
-use crate::tracks::{Happening, Track, TrackCycle, TrackEvent, Tracks};
+use super::track_message::{TrackMessage, TrackState, TrackStep};
+use crate::space::SpaceTrack;
+use crate::tracks::{Happening, Track, TrackCycle};
 
 /// Why a message does not fit the content of a mirror. Only a message that starts from 0 helps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -70,27 +73,49 @@ pub enum TrackMirrorError {
         /// A track that only one of the two has, or that is selected in only one of them.
         track: u64,
     },
+    /// A track's centre and velocity are no coordinates of the space in which the other tracks are.
+    #[error(
+        "tracks of frame {frame} give track {track} a centre or velocity that is not finite, or of another dimension: \
+         ask for tracks again"
+    )]
+    Coordinates {
+        /// The frame that the message leads to.
+        frame: u64,
+        /// The track.
+        track: u64,
+    },
     /// An earlier message could not be applied.
     #[error("the mirror of tracks has lost its place and needs a new start: ask for tracks again")]
     Lost,
 }
 
-/// A consumer's copy of the tracks of a stream.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TrackMirror {
+/// A consumer's copy of the tracks of a stream of the plane, unless it is a [`SpaceTrackMirror`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackMirror<T = Track> {
     frame: u64,
     time: Option<f64>,
-    alive: BTreeMap<u64, Track>,
+    alive: BTreeMap<u64, T>,
     cycles: BTreeMap<u64, Vec<Vec<u64>>>,
     is_lost: bool,
 }
 
+/// A consumer's copy of the tracks of a stream in R^d.
+pub type SpaceTrackMirror = TrackMirror<SpaceTrack>;
+
+impl<T> Default for TrackMirror<T> {
+    fn default() -> Self {
+        Self { frame: 0, time: None, alive: BTreeMap::new(), cycles: BTreeMap::new(), is_lost: false }
+    }
+}
+
 impl TrackMirror {
-    /// An empty mirror. It accepts a message that starts from 0.
+    /// An empty mirror of the plane. It accepts a message that starts from 0.
     pub fn new() -> Self {
         Self::default()
     }
+}
 
+impl<T: TrackState> TrackMirror<T> {
     /// The frame of the last message. 0: none.
     pub fn frame(&self) -> u64 {
         self.frame
@@ -107,7 +132,7 @@ impl TrackMirror {
     }
 
     /// Tracks that have begun and not ended, by id, each in its last reported state.
-    pub fn alive(&self) -> &BTreeMap<u64, Track> {
+    pub fn alive(&self) -> &BTreeMap<u64, T> {
         &self.alive
     }
 
@@ -121,42 +146,58 @@ impl TrackMirror {
     ///
     /// # Errors
     /// [`TrackMirrorError`]: it does not fit the content, or contradicts itself.
-    pub fn apply(&mut self, tracks: &Tracks) -> Result<(), TrackMirrorError> {
-        if tracks.from == 0 {
-            *self = Self::new();
+    pub fn apply<M: TrackMessage<Track = T>>(&mut self, message: &M) -> Result<(), TrackMirrorError> {
+        if message.from() == 0 {
+            *self = Self::default();
         } else if self.is_lost {
             return Err(TrackMirrorError::Lost);
         }
-        let applied = self.attempt(tracks);
+        let applied = self.attempt(message);
         self.is_lost = applied.is_err();
         applied
     }
 
-    fn attempt(&mut self, tracks: &Tracks) -> Result<(), TrackMirrorError> {
-        let &Tracks { from, frame, time, .. } = tracks;
+    fn attempt<M: TrackMessage<Track = T>>(&mut self, message: &M) -> Result<(), TrackMirrorError> {
+        let (from, frame) = (message.from(), message.frame());
         if from != self.frame || frame <= from {
             return Err(TrackMirrorError::Gap { holds: self.frame, from, to: frame });
         }
-        check_order(tracks)?;
+        check_order(message)?;
+        self.check_coordinates(message)?;
         if from == 0 {
-            let alive = tracks.alive.as_ref().filter(|_| tracks.events.is_empty());
+            let alive = message.alive().filter(|_| message.events().next().is_none());
             self.replace(alive.ok_or(TrackMirrorError::NoStart { frame })?);
         } else {
-            tracks.events.iter().try_for_each(|event| self.happen(event))?;
-            if let Some(alive) = &tracks.alive {
+            message.events().try_for_each(|step| self.happen(step))?;
+            if let Some(alive) = message.alive() {
                 self.compare(frame, alive)?;
                 self.replace(alive);
             }
         }
-        self.set_cycles(frame, &tracks.cycles)?;
-        (self.frame, self.time) = (frame, time);
+        self.set_cycles(frame, message.cycles())?;
+        (self.frame, self.time) = (frame, message.time());
         Ok(())
     }
 
-    fn happen(&mut self, event: &TrackEvent) -> Result<(), TrackMirrorError> {
-        let (frame, track) = (event.frame, event.track.id);
+    /// All tracks lie in one space, that of those that are alive.
+    fn check_coordinates<M: TrackMessage<Track = T>>(&self, message: &M) -> Result<(), TrackMirrorError> {
+        let listed = message.alive().unwrap_or_default();
+        let mut held = self.alive.values().next().and_then(T::dimension);
+        for track in message.events().map(|step| step.track).chain(listed) {
+            let found = track.dimension();
+            if found.is_none() || held.is_some_and(|held| found != Some(held)) {
+                return Err(TrackMirrorError::Coordinates { frame: message.frame(), track: track.id() });
+            }
+            held = found;
+        }
+        Ok(())
+    }
+
+    fn happen(&mut self, step: TrackStep<'_, T>) -> Result<(), TrackMirrorError> {
+        let TrackStep { frame, happening, track: state } = step;
+        let track = state.id();
         let is_alive = self.alive.contains_key(&track);
-        match event.happening {
+        match happening {
             Happening::Born | Happening::Split(_) if is_alive => return Err(TrackMirrorError::Alive { frame, track }),
             Happening::Born | Happening::Split(_) => {}
             _ if !is_alive => return Err(TrackMirrorError::NotAlive { frame, track }),
@@ -164,13 +205,13 @@ impl TrackMirror {
             Happening::Updated(_) | Happening::Unselected | Happening::Reselected => {}
         }
         // The other track goes on, so it must be alive after this one has begun or ended. It also cannot be this one.
-        if let Happening::Split(other) | Happening::Merged(other) = event.happening
+        if let Happening::Split(other) | Happening::Merged(other) = happening
             && !self.alive.contains_key(&other)
         {
             return Err(TrackMirrorError::NotAlive { frame, track: other });
         }
-        if !matches!(event.happening, Happening::Merged(_) | Happening::Died) {
-            self.alive.insert(track, event.track);
+        if !matches!(happening, Happening::Merged(_) | Happening::Died) {
+            self.alive.insert(track, state.clone());
         }
         Ok(())
     }
@@ -181,9 +222,10 @@ impl TrackMirror {
     }
 
     /// Events and list must agree on which tracks are alive and which are selected.
-    fn compare(&self, frame: u64, alive: &[Track]) -> Result<(), TrackMirrorError> {
-        let from_events: BTreeMap<u64, bool> = self.alive.iter().map(|(&id, track)| (id, track.selected)).collect();
-        let listed: BTreeMap<u64, bool> = alive.iter().map(|track| (track.id, track.selected)).collect();
+    fn compare(&self, frame: u64, alive: &[T]) -> Result<(), TrackMirrorError> {
+        let from_events: BTreeMap<u64, bool> =
+            self.alive.iter().map(|(&id, track)| (id, track.is_selected())).collect();
+        let listed: BTreeMap<u64, bool> = alive.iter().map(|track| (track.id(), track.is_selected())).collect();
         let differs = |id: &&u64| from_events.get(id) != listed.get(id);
         match from_events.keys().chain(listed.keys()).filter(differs).min() {
             Some(&track) => Err(TrackMirrorError::Contradiction { frame, track }),
@@ -191,8 +233,8 @@ impl TrackMirror {
         }
     }
 
-    fn replace(&mut self, alive: &[Track]) {
-        self.alive = alive.iter().map(|track| (track.id, *track)).collect();
+    fn replace(&mut self, alive: &[T]) {
+        self.alive = alive.iter().map(|track| (track.id(), track.clone())).collect();
     }
 
     fn set_cycles(&mut self, frame: u64, cycles: &[TrackCycle]) -> Result<(), TrackMirrorError> {
@@ -207,17 +249,17 @@ impl TrackMirror {
 }
 
 /// Events are sorted by frame, then by track. Lists are sorted by track, without duplicates.
-fn check_order(tracks: &Tracks) -> Result<(), TrackMirrorError> {
-    let place = |event: &TrackEvent| (event.frame, event.track.id);
-    let is_outside = |event: &&TrackEvent| event.frame <= tracks.from || event.frame > tracks.frame;
-    let outside = tracks.events.iter().find(is_outside).map(|event| event.track.id);
-    let events = tracks.events.windows(2).find(|pair| place(&pair[0]) > place(&pair[1])).map(|pair| pair[1].track.id);
-    let alive = tracks.alive.iter().flat_map(|alive| alive.windows(2));
-    let alive = alive.map(|pair| [pair[0].id, pair[1].id]);
-    let cycles = tracks.cycles.windows(2).map(|pair| [pair[0].id, pair[1].id]);
+fn check_order<M: TrackMessage>(message: &M) -> Result<(), TrackMirrorError> {
+    let places: Vec<(u64, u64)> = message.events().map(|step| (step.frame, step.track.id())).collect();
+    let is_outside = |(frame, _): &&(u64, u64)| *frame <= message.from() || *frame > message.frame();
+    let outside = places.iter().find(is_outside).map(|(_, track)| *track);
+    let events = places.windows(2).find(|pair| pair[0] > pair[1]).map(|pair| pair[1].1);
+    let alive = message.alive().into_iter().flat_map(|alive| alive.windows(2));
+    let alive = alive.map(|pair| [pair[0].id(), pair[1].id()]);
+    let cycles = message.cycles().windows(2).map(|pair| [pair[0].id, pair[1].id]);
     let listed = alive.chain(cycles).find(|[first, second]| first >= second).map(|[_, second]| second);
     match outside.or(events).or(listed) {
-        Some(track) => Err(TrackMirrorError::Order { frame: tracks.frame, track }),
+        Some(track) => Err(TrackMirrorError::Order { frame: message.frame(), track }),
         None => Ok(()),
     }
 }

@@ -31,25 +31,32 @@ pub struct Element(u64);
 
 impl From<Vertex> for Element {
     fn from((id, x, y): Vertex) -> Self {
-        Self(hash(&[1, id, x.to_bits(), y.to_bits()]))
+        (id, &[x, y][..]).into()
+    }
+}
+
+/// A vertex with any number of coordinates.
+impl From<(u64, &[f64])> for Element {
+    fn from((id, coordinates): (u64, &[f64])) -> Self {
+        Self(hash([1, id].into_iter().chain(coordinates.iter().map(|number| number.to_bits()))))
     }
 }
 
 impl From<Edge> for Element {
     fn from((a, b): Edge) -> Self {
-        Self(hash(&[2, a, b]))
+        Self(hash([2, a, b]))
     }
 }
 
 impl From<Critical> for Element {
     fn from((a, b, birth, death): Critical) -> Self {
-        Self(hash(&[3, a, b, birth.to_bits(), death.to_bits()]))
+        Self(hash([3, a, b, birth.to_bits(), death.to_bits()]))
     }
 }
 
 /// The finaliser of SplitMix64, folded over words.
-fn hash(words: &[u64]) -> u64 {
-    words.iter().fold(0, |hash, word| {
+fn hash(words: impl IntoIterator<Item = u64>) -> u64 {
+    words.into_iter().fold(0, |hash, word| {
         let z = (hash ^ word).wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -75,5 +82,20 @@ mod tests {
         checksum.remove((1, 2));
         checksum.remove((1, 2, 1.0, 5.0));
         assert_eq!(checksum.0, 0xc517_8fb7_f54c_40d9);
+    }
+
+    #[test]
+    fn a_vertex_with_two_coordinates_has_the_hash_of_one_of_the_plane() {
+        let sum = |vertices: &[(u64, &[f64])]| {
+            let mut checksum = Checksum::default();
+            vertices.iter().for_each(|&vertex| checksum.add(vertex));
+            checksum.0
+        };
+        assert_eq!(sum(&[(1, &[1.0, 0.5])]), 0xc517_8fb7_f54c_40d9);
+        let others: [&[f64]; 5] = [&[1.0], &[0.5, 1.0], &[1.0, 0.5, 0.0], &[1.0, 0.5, -0.0], &[]];
+        let sums = others.map(|coordinates| sum(&[(1, coordinates)]));
+        for (at, one) in sums.iter().enumerate() {
+            assert!(!sums[..at].contains(one) && *one != 0xc517_8fb7_f54c_40d9, "{:?}", others[at]);
+        }
     }
 }
