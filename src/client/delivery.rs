@@ -24,7 +24,7 @@ use super::connection::{Client, Received, Receiving, SOFTWARE, Sending, Timeouts
 use super::error::ClientError;
 use super::pace::Pace;
 use super::running::Running;
-use crate::daemon::{self, Address, BATCH, Input, InputErrors, Stop};
+use crate::daemon::{self, Address, BATCH, Input, InputErrors, Positions, Stop};
 
 pub use self::error::DeliveryError;
 
@@ -311,13 +311,25 @@ impl Sender<'_> {
     fn send(&mut self, input: Input) -> Result<(), DeliveryError> {
         match input {
             Input::Points(batch) => {
-                let (points, times) = (batch.positions.clone(), batch.times.clone());
-                let message = wire::Batch { sequence: self.sequence, points, times, tags: Vec::new() };
-                self.message(Sent::Batch(batch), message.into())
+                let (sequence, times, tags) = (self.sequence, batch.times.clone(), Vec::new());
+                let message = match batch.positions.clone() {
+                    Positions::Plane(points) => wire::Batch { sequence, points, times, tags }.into(),
+                    Positions::Space { dimension, coordinates } => {
+                        let dimension = dimension as u32;
+                        wire::SpaceBatch { sequence, dimension, coordinates, times, tags }.into()
+                    }
+                };
+                self.message(Sent::Batch(batch), message)
             }
             Input::Retract(batch) => {
-                let retract = Retract { sequence: self.sequence, points: batch.positions.clone() };
-                self.message(Sent::Retract(batch), retract.into())
+                let sequence = self.sequence;
+                let message = match batch.positions.clone() {
+                    Positions::Plane(points) => Retract { sequence, points }.into(),
+                    Positions::Space { dimension, coordinates } => {
+                        wire::SpaceRetract { sequence, dimension: dimension as u32, coordinates }.into()
+                    }
+                };
+                self.message(Sent::Retract(batch), message)
             }
             // The end of the input closes the stream.
             Input::Close { .. } | Input::Abandon => Ok(()),
