@@ -358,4 +358,7 @@ fn tracks_whose_coordinates_do_not_fit_are_refused() {
         assert_eq!(mirror.apply(&later), Err(TrackMirrorError::Coordinates { frame: 6, track: 2 }));
         assert_eq!(mirror.apply(&later), Err(TrackMirrorError::Lost));
     }
+    for alone in [track(2, &[0.0], &[0.0; 2]), track(2, &[f64::NAN], &[0.0]), track(2, &[0.0], &[f64::INFINITY])] {
+        assert_eq!(SpaceTrackMirror::default().apply(&start(vec![alone.clone()])), error(2), "{alone:?}");
+    }
 }

@@ -26,7 +26,6 @@ from .samples import (
     CUBE,
     EUCLIDEAN,
     FULL,
-    diff,
     flat,
     header,
     opened,
@@ -272,9 +271,14 @@ class TheMirror(unittest.TestCase):
         change = space_diff()
         for dimension in (0, 1, 2, 6, 2**32 - 1):
             self.refuse(dataclasses.replace(change, dimension=dimension))
-        nothing = dataclasses.replace(change, ids_added=[], coordinates_added=[], dimension=4)
-        self.refuse(nothing)
-        self.refuse(diff())
+        # These fit but for their dimension: the checksum is right.
+        held = self.mirror.checksum
+        self.refuse(s.SpaceDiff(9, 1, header(2), 4, [], [], [], [], [], [], [], held))
+        wider = (held + hashes.of_vertices([(9, *[1.0] * 4)])) & hashes.MASK
+        self.refuse(s.SpaceDiff(9, 1, header(2), 4, [9], [1.0] * 4, [], [], [], [], [], wider))
+        flatter = (held + hashes.of_vertices([(9, 1.0, 1.0)])) & hashes.MASK
+        self.refuse(m.Diff(9, 1, header(2), [(9, 1.0, 1.0)], [], [], [], [], [], flatter))
+        self.mirror.apply_diff(s.SpaceDiff(9, 1, header(2), 3, [], [], [], [], [], [], [], held))
 
     def test_numbers_that_are_not_finite(self) -> None:
         raw = bytes(m.encode(space_snapshot()))
