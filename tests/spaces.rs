@@ -224,7 +224,9 @@ proptest! {
         if let Some(selection) = &view.selection {
             prop_assert!(selection.ds.is_none_or(|ds| !ds.is_nan()));
             let margins = [selection.margins.diagonal, selection.margins.vertical];
-            prop_assert!(margins.iter().flatten().all(|margin| *margin >= 0.0), "{:?}", margins);
+            // Of widths that count as equal the next one may be the larger by rounding.
+            let rounding = 1e-12 * skeleton.dots().iter().map(|dot| dot.birth).fold(skeleton.largest_death(), f64::max);
+            prop_assert!(margins.iter().flatten().all(|margin| *margin >= -rounding), "{:?}", margins);
             let never_dies = skeleton.dots().iter().filter(|dot| dot.death.is_infinite()).count();
             if matches!(spec, ViewSpec::Derived { k: NonZeroU32::MIN, .. }) && never_dies > 0 {
                 prop_assert_eq!((selection.ds, selection.ds_count), (Some(f64::INFINITY), never_dies));

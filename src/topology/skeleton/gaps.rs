@@ -134,8 +134,7 @@ fn margin(gaps: &[Gap], rank: NonZeroU32, share: f64) -> Option<f64> {
     let last = gaps.len().checked_sub(1)?;
     let chosen = (rank.get() as usize - 1).min(last);
     let next = gaps.get(chosen + 1).map_or(0.0, Gap::width);
-    // Of widths that count as equal the next one may be the larger by rounding.
-    Some(((gaps[chosen].width() - next) / share).max(0.0))
+    Some((gaps[chosen].width() - next) / share)
 }
 
 /// Strips between neighbouring persistences, from the diagonal up.

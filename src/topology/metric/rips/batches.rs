@@ -37,7 +37,6 @@ impl Cut {
 }
 
 /// What the batches of a sweep are cut by.
-#[derive(Debug)]
 pub struct Batches<'s> {
     space: &'s dyn Distances,
     /// The longest length of the filtration, finite.
@@ -50,12 +49,6 @@ pub struct Batches<'s> {
     taken: usize,
     /// Working space, one list a thread.
     found: Vec<Vec<Packed>>,
-}
-
-impl std::fmt::Debug for dyn Distances + '_ {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "a space of {} vertices", self.count())
-    }
 }
 
 impl<'s> Batches<'s> {
