@@ -20,6 +20,8 @@ mod outputs;
 mod replay;
 #[path = "tools/scene.rs"]
 mod scene;
+#[path = "tools/spaces.rs"]
+mod spaces;
 #[path = "tools/stopped.rs"]
 mod stopped;
 #[path = "tools/tracked.rs"]
