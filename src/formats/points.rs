@@ -214,11 +214,11 @@ fn take(batcher: &mut Batcher<'_>, offset: u64, message: Message) -> Result<Resu
                 "byte {offset}: {points} points with {times} times, where all or none must have one"
             ))
         }
-        Message::Batch(batch) => batch
-            .points
-            .iter()
-            .enumerate()
-            .try_for_each(|(index, &(x, y))| batcher.add(Point::Plane(x, y), batch.times.get(index).copied(), offset)),
+        Message::Batch(batch) => {
+            batch.points.iter().enumerate().try_for_each(|(index, &(x, y))| {
+                batcher.add(Point::Plane(x, y), batch.times.get(index).copied(), offset)
+            })
+        }
         Message::Retract(retract) => batcher.retract(Positions::Plane(retract.points), offset),
         Message::Commit(commit) => batcher.commit(commit.time),
         Message::Elapsed(_) => Ok(()),

@@ -6,11 +6,12 @@
 //! waits of a source waits for the stream that it was made for.
 //! Must not know: queues, replies, connections.
 
+use hopes::topology::spaces::{Metric, SpaceError};
 use hopes::topology::{
     Admission, Contradiction, Coordinates, Follower, Options, Pipeline, PointError, Ranking, Refusal, Region,
-    SimplifiedFollower, SpaceOptions, SpacePipeline, Stage, Staging, Step, TrackId, TrackStep, Tracker, VertexId, Window,
+    SimplifiedFollower, SpaceOptions, SpacePipeline, Stage, Staging, Step, TrackId, TrackStep, Tracker, VertexId,
+    Window,
 };
-use hopes::topology::spaces::{Metric, SpaceError};
 
 use super::input::Point;
 
@@ -121,12 +122,7 @@ impl AnyPipeline {
     /// Has a point of a source wait for the source's commit.
     ///
     /// # Errors [`Refusal`].
-    pub fn stage_point(
-        &mut self,
-        waiting: &mut Waiting,
-        point: Point,
-        time: Option<f64>,
-    ) -> Result<VertexId, Refusal> {
+    pub fn stage_point(&mut self, waiting: &mut Waiting, point: Point, time: Option<f64>) -> Result<VertexId, Refusal> {
         match (self, waiting) {
             (Self::Plane(pipeline), Waiting::Plane(staging)) => {
                 planar(point).and_then(|[x, y]| pipeline.stage_point(staging, x, y, time))

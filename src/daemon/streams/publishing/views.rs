@@ -298,7 +298,13 @@ impl Views {
         }
     }
 
-    fn join(&mut self, cursor: &Arc<Cursor>, view: wire::View, resume: Option<wire::Resume>, pipeline: &mut AnyPipeline) {
+    fn join(
+        &mut self,
+        cursor: &Arc<Cursor>,
+        view: wire::View,
+        resume: Option<wire::Resume>,
+        pipeline: &mut AnyPipeline,
+    ) {
         self.stream.stats.consumers.fetch_add(1, Ordering::Relaxed);
         if !self.has_room_for(view, None) {
             return self.refuse(cursor, wire::ErrorCode::TooManyViews, &self.too_many_views());
