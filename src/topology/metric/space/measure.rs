@@ -64,6 +64,11 @@ impl Metric {
         }
     }
 
+    /// Whether lengths are squares of distances, or of chords.
+    pub fn is_squared(self) -> bool {
+        !matches!(self, Self::Manhattan | Self::Chebyshev)
+    }
+
     /// Half of the distance that a length stands for.
     pub fn radius(self, length: f64) -> f64 {
         match self {

@@ -71,6 +71,11 @@ impl<'a> FrameCycles<'a> {
         Dot { birth, death, edge, killer: Killer::None }
     }
 
+    fn tracked(&self, ids: impl Iterator<Item = VertexId>) -> TrackedCycle {
+        let vertices: Arc<[(VertexId, Coordinates)]> = ids.map(|id| (id, self.points.point(id))).collect();
+        TrackedCycle { center: mean(&vertices), radius: self.radius(&vertices), vertices }
+    }
+
     /// Half the largest distance between two of some vertices.
     fn radius(&self, vertices: &[(VertexId, Coordinates)]) -> f64 {
         let from = |(number, (_, a)): (usize, &(VertexId, Coordinates))| {
@@ -85,12 +90,11 @@ impl CycleSource for FrameCycles<'_> {
     fn cycle(&mut self, detection: &CycleDetection) -> TrackedCycle {
         let critical = detection.critical;
         let cycle = self.shortest.cycle(&self.dot(critical.edge, critical.birth, critical.death));
-        let vertex = |place: u32| {
-            let id = self.skeleton.vertices().id(place);
-            (id, self.points.point(id))
-        };
-        let vertices: Arc<[(VertexId, Coordinates)]> = cycle.into_iter().map(vertex).collect();
-        TrackedCycle { center: mean(&vertices), radius: self.radius(&vertices), vertices }
+        self.tracked(cycle.into_iter().map(|place| self.skeleton.vertices().id(place)))
+    }
+
+    fn along(&self, walk: &[VertexId]) -> TrackedCycle {
+        self.tracked(walk.iter().copied())
     }
 
     fn distance(&self, a: &[f64], b: &[f64]) -> f64 {

@@ -10,6 +10,7 @@
 //! Must not know: threads, clocks, formats, the plane.
 
 mod detections;
+mod shortening;
 mod walks;
 
 use std::sync::Arc;
@@ -24,7 +25,7 @@ use super::progress::Progress;
 use super::stage::{Stage, StageHook};
 use crate::topology::cloud::{Admission, Cloud, Coordinates, PointError, Refusal, Staging, VertexId, Vertices, Window};
 use crate::topology::frames::{Change, Follower, Frame, SimplifiedFollower, Step};
-use crate::topology::metric::rips::{ClosedWalk, MAX_VERTICES, Workspace};
+use crate::topology::metric::rips::{MAX_VERTICES, Workspace};
 use crate::topology::metric::space::{Metric, Points, SpaceError};
 use crate::topology::skeleton::{Ranking, Skeleton};
 use crate::topology::tracks::{FrameStamp, SpaceTrackStep, SpaceTracker, TrackId, TrackWalk, WalkAnswer, detect};
@@ -406,7 +407,7 @@ impl SpacePipeline {
         let (points, names) = self.space();
         self.carry(&names);
         let mut finder = WalkFinder::new(&points, &self.swept, self.threshold);
-        let walks: Vec<ClosedWalk> = self.questions.asked.iter().map(|track| finder.walk(track)).collect();
+        let walks = finder.walks(&self.questions.asked, self.progress.committed);
         let (skeleton, classes) = Skeleton::with_classes(&points, &names, self.threshold, &walks, &mut self.workspace);
         self.questions.answers = Some(answers(&names, walks, classes));
         skeleton

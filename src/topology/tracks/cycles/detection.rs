@@ -40,7 +40,7 @@ impl Detected for CycleDetection {
     }
 }
 
-/// The shortest cycle of a dot.
+/// A cycle of a dot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackedCycle {
     /// Its vertices, along it. The last one is joined to the first.
@@ -55,6 +55,8 @@ pub struct TrackedCycle {
 pub trait CycleSource {
     /// The shortest cycle of a dot of the frame.
     fn cycle(&mut self, detection: &CycleDetection) -> TrackedCycle;
+    /// A closed walk in the frame as a cycle.
+    fn along(&self, walk: &[VertexId]) -> TrackedCycle;
     /// The distance between two points; +infinity if one of them is nowhere in the space.
     fn distance(&self, a: &[f64], b: &[f64]) -> f64;
 }

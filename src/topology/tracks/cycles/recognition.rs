@@ -6,8 +6,8 @@
 //! track only if their persistences are alike, so that noise takes over no track.
 //! Must not know: events, hysteresis.
 //!
-//! A track is identified by the homology class of its cycle. The classes of all tracks are sums of dots; elimination
-//! turns them into pairs. What is left, because a cycle is not there any more or bounds something, is recognized by
+//! A track is identified by the homology class of its cycle, and a class by when it dies: with the last of the dots that
+//! it is the sum of. The classes of all tracks are turned into pairs of a track and a dot by elimination. What is left, because a cycle is not there any more or bounds something, is recognized by
 //! vertices that its cycle has in common with that of a dot, and then by centre and radius inside a gate. Never by the
 //! critical edge, which jumps.
 
@@ -56,6 +56,8 @@ pub struct Recognized {
     pub own: Vec<Option<usize>>,
     /// For each track without one, the track whose class is the same, up to those of tracks before.
     pub absorbed_by: Vec<Option<usize>>,
+    /// For each track, whether its cycle dies with the dot that continues it.
+    pub is_own: Vec<bool>,
     /// For each detection, the most persistent track whose cycle is a sum of it and of others.
     pub part_of: Vec<Option<usize>>,
     /// The cycles of detections, as far as they were found.
@@ -73,6 +75,7 @@ pub fn recognize(
     let found = Recognized {
         own: vec![None; known.len()],
         absorbed_by: vec![None; known.len()],
+        is_own: vec![false; known.len()],
         part_of: vec![None; detections.len()],
         cycles: HashMap::new(),
     };
@@ -104,14 +107,13 @@ impl Search<'_> {
                 self.found.part_of[place].get_or_insert(track);
             }
         }
-        let cost = |row: usize, place: usize| {
-            let is_possible = place < self.detections.len() && self.goes_on(order[row], place);
-            is_possible.then(|| unlikeness(self.known[order[row]].detection, &self.detections[place]))
-        };
-        let Pairs { own, absorbed_by } = eliminate(rows, cost, |a, b| self.younger_first(a, b));
+        let last: Vec<Option<usize>> = rows.iter().map(|row| self.last_to_die(row)).collect();
+        let is_possible = |row: usize, place: usize| place < self.detections.len() && self.goes_on(order[row], place);
+        let Pairs { own, absorbed_by } = eliminate(rows, is_possible, |a, b| self.by_death(a, b));
         for (row, &track) in order.iter().enumerate() {
             if let Some(place) = own[row] {
                 self.give(track, place);
+                self.found.is_own[track] = last[row] == own[row];
             }
             self.found.absorbed_by[track] = absorbed_by[row].map(|row| order[row]);
         }
@@ -139,9 +141,16 @@ impl Search<'_> {
         order.iter().map(of_track).collect()
     }
 
-    fn younger_first(&self, a: usize, b: usize) -> Ordering {
-        let [x, y] = [a, b].map(|place| &self.detections[place]);
-        y.critical.birth.total_cmp(&x.critical.birth).then(a.cmp(&b))
+    /// The detection of a sum that dies last: with it the whole sum does.
+    fn last_to_die(&self, row: &BTreeSet<usize>) -> Option<usize> {
+        let detected = row.iter().copied().filter(|&place| place < self.detections.len());
+        detected.min_by(|&a, &b| self.by_death(a, b))
+    }
+
+    /// The last to die comes first; of those that die together the youngest.
+    fn by_death(&self, a: usize, b: usize) -> Ordering {
+        let [x, y] = [a, b].map(|place| self.detections[place].critical);
+        y.death.total_cmp(&x.death).then(y.birth.total_cmp(&x.birth)).then(a.cmp(&b))
     }
 
     /// Whether a detection is like a track, and persistent enough to continue it.

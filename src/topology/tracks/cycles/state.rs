@@ -25,8 +25,10 @@ pub struct CycleState {
     pub life: Life<SpaceTrack>,
     /// The last detection.
     pub detection: CycleDetection,
-    /// Its shortest cycle.
+    /// A short cycle of it.
     pub cycle: TrackedCycle,
+    /// Whether the cycle is known to die with the dot.
+    pub is_own: bool,
     /// While it is missing: the key of the track that it has become a part of.
     pub heir: Option<u64>,
 }
@@ -57,7 +59,13 @@ impl CycleState {
             velocity: vec![0.0; cycle.center.len()],
             is_selected: true,
         };
-        Self { life: Life::new(key, frame, track, detection.persistence(), parent), detection, cycle, heir: None }
+        Self {
+            life: Life::new(key, frame, track, detection.persistence(), parent),
+            detection,
+            cycle,
+            is_own: false,
+            heir: None,
+        }
     }
 
     /// The last known state, for recognition in a frame.
@@ -71,11 +79,17 @@ impl CycleState {
     /// Its cycle, as a question to the next frame.
     pub fn walk(&self) -> TrackWalk {
         let SpaceTrack { birth, death, .. } = self.life.track;
-        TrackWalk { vertices: Arc::clone(&self.cycle.vertices), birth, death }
+        TrackWalk { vertices: Arc::clone(&self.cycle.vertices), birth, death, is_own: self.is_own }
     }
 
-    /// Updates it with the detection that continues it, and the cycle of that.
-    pub fn see(&mut self, frame: u64, detection: CycleDetection, cycle: TrackedCycle, is_selected: bool) {
+    /// Updates it with the detection that continues it, and a cycle of that.
+    pub fn see(
+        &mut self,
+        frame: u64,
+        detection: CycleDetection,
+        (cycle, is_own): (TrackedCycle, bool),
+        is_selected: bool,
+    ) {
         let frames = (frame - self.life.last_seen) as f64;
         let track = &mut self.life.track;
         for ((velocity, old), new) in track.velocity.iter_mut().zip(&track.center).zip(&cycle.center) {
@@ -85,6 +99,6 @@ impl CycleState {
         track.center.clone_from(&cycle.center);
         track.radius = cycle.radius;
         self.life.see(frame, detection.persistence(), is_selected);
-        (self.detection, self.cycle, self.heir) = (detection, cycle, None);
+        (self.detection, self.cycle, self.is_own, self.heir) = (detection, cycle, is_own, None);
     }
 }

@@ -49,7 +49,7 @@ impl Tracker<CycleState> {
     ) -> TrackStep<SpaceTrack> {
         let Detections { all, is_selected, left_out } = detections;
         let known: Vec<LastSeen<'_>> = self.states.iter().map(|state| state.last_seen(at.number)).collect();
-        let Recognized { own, absorbed_by, part_of, mut cycles } =
+        let Recognized { own, absorbed_by, is_own, part_of, mut cycles } =
             recognize(&known, answers, &all, &is_selected, source);
         let mut is_new = is_selected.clone();
         own.iter().flatten().for_each(|&place| is_new[place] = false);
@@ -59,11 +59,14 @@ impl Tracker<CycleState> {
             (0..all.len()).filter(|&place| is_new[place]).map(|place| (place, cycle(place, source))).collect();
         let parents: Vec<Option<u64>> =
             newcomers.iter().map(|(place, cycle)| self.parent(part_of[*place], &all[*place], cycle, source)).collect();
-        for (state, own) in self.states.iter_mut().zip(&own) {
-            match *own {
-                Some(place) => state.see(at.number, all[place].clone(), cycle(place, source), is_selected[place]),
-                None => state.life.miss(),
-            }
+        for (track, state) in self.states.iter_mut().enumerate() {
+            let Some(place) = own[track] else {
+                state.life.miss();
+                continue;
+            };
+            // A cycle that dies with the dot is taken along. Else the dot may have a better one.
+            let cycle = if is_own[track] { source.along(&answers[track].vertices) } else { cycle(place, source) };
+            state.see(at.number, all[place].clone(), (cycle, is_own[track]), is_selected[place]);
         }
         self.find_heirs(&absorbed_by, source);
         self.frame = at.number;

@@ -18,6 +18,8 @@ pub struct TrackWalk {
     pub birth: f64,
     /// The death of its dot then.
     pub death: f64,
+    /// Whether it is known to die with its dot, and so is a cycle of no other one that lives longer.
+    pub is_own: bool,
 }
 
 /// Questions are equal if they are of one cycle in one frame.
@@ -30,7 +32,7 @@ impl PartialEq for TrackWalk {
 /// An answer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WalkAnswer {
-    /// The cycle in the other frame: a closed walk of its vertices.
+    /// The cycle in the other frame, shortened there: a closed walk of its vertices.
     pub vertices: Vec<VertexId>,
     /// The critical edges of the dots that the cycle is the sum of, at the geometric mean of birth and death. None if
     /// it is no cycle there.

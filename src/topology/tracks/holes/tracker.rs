@@ -123,7 +123,9 @@ mod tests {
 
     use super::*;
     use crate::topology::testing::{Points, clouds, ring};
-    use crate::topology::{Changed, Options, Pipeline, TrackRule, Tracker, ViewSpec, Window};
+    use crate::topology::{
+        Changed, EventKind, Options, Pipeline, Track, TrackOptions, TrackRule, Tracker, ViewSpec, Window,
+    };
 
     /// A stream whose frames replace each other, and its tracker.
     struct Scene {
