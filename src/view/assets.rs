@@ -49,6 +49,7 @@ const FILES: &[(&str, &[u8])] = files![
     "session/mirror.js",
     "session/protocol.js",
     "session/session.js",
+    "session/spaces.js",
     "session/tracks.js",
     "style.css"
 ];
