@@ -2,7 +2,7 @@
 //!
 //! In: `Snapshot` and `Diff` messages; those of a space in the form that `spaces.js` gives them.
 //! Out: rows of vertices, edges and critical edges; the inverse of each diff.
-//! Invariants: a vertex has two coordinates in the plane and `dimension` in a space. A vertex that stays keeps its slot,
+//! Invariants: a vertex has two coordinates in the plane and `dimension` in a space. One that stays keeps its slot,
 //! even if it moves. After a `Contradiction` the state is invalid until the next snapshot.
 //! Must not know: tracks, graphics, sockets.
 

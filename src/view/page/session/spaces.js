@@ -2,7 +2,7 @@
 //!
 //! In: `SpaceSnapshot`, `SpaceDiff`, `SpaceDots` and `SpaceTracks` messages.
 //! Out: `Snapshot`, `Diff`, `Dots` and `Tracks`, whose vertices are rows of an id and `dimension` coordinates. A cycle
-//! that never dies has the death +infinity. Dots have labels only, and tracks have no area: a hole of a space is no disc.
+//! that never dies has the death +infinity. Dots have labels only and tracks no area: a hole of a space is no disc.
 //! Invariants: coordinates that are not whole vertices are a contradiction.
 //! Must not know: mirrors, projections.
 
