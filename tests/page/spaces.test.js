@@ -1,8 +1,15 @@
-//! Streams in a space: mirrors of the golden vectors, contradictions, deaths that never come, steps back, tracks.
+//! Streams in a space: mirrors of the golden vectors, contradictions, deaths that never come, steps, tracks, loops.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { assignColors, colorIndexOf, forgetColors } from "../../src/view/page/drawing/colors.js";
+import { Layers, NOWHERE } from "../../src/view/page/drawing/layers.js";
+import { TracksByLabel } from "../../src/view/page/drawing/picking.js";
+import { filledHoles, forCriticalEdges, outlinesOf } from "../../src/view/page/drawing/styles.js";
+import { extentOf, gapsOf } from "../../src/view/page/panels/diagram.js";
+import { formatNumber } from "../../src/view/page/panels/numbers.js";
+import { axesOf, shortSpaceName, spaceName, unitOf } from "../../src/view/page/panels/spaces.js";
 import { labelsOf, holesOf, marksOf } from "../../src/view/page/session/dots.js";
 import { readFrame } from "../../src/view/page/session/frames.js";
 import { History } from "../../src/view/page/session/history.js";
@@ -178,4 +185,74 @@ test("events alone have no list of living tracks", () => {
 test("other messages are left as they are", () => {
   const body = {};
   for (const name of ["Snapshot", "Heartbeat", "Tracks"]) assert.deepEqual(inFormOfPlane(name, body), [name, body]);
+});
+
+test("spaces are told in words, and their pictures have axes and units only where they are the metric's", () => {
+  const space = (metric, dimension) => ({ metric, dimension });
+  for (const [one, name, short, axes, unit] of [
+    [space("Euclidean", 3), "R^3, euclidean", "R^3", [], ""],
+    [space("Manhattan", 2), "R^2, manhattan", "R^2", ["x", "y"], ""],
+    [space("Chebyshev", 1), "R^1, chebyshev", "R^1", ["x"], ""],
+    [space("Angular", 2), "R^2, angular", "R^2", [], null],
+    [space("Haversine", 2), "longitude and latitude, haversine", "haversine", ["lon", "lat"], "°"],
+    [space("Euclidean", 0), "euclidean", "euclidean", [], ""],
+    [space("Euclidean", null), "euclidean", "euclidean", [], ""],
+  ]) {
+    assert.deepEqual([spaceName(one), shortSpaceName(one), axesOf(one), unitOf(one)], [name, short, axes, unit]);
+  }
+  assert.deepEqual([spaceName(space(null, 2)), axesOf(space(null, 2)), unitOf(space(null, 2))], ["", ["x", "y"], ""]);
+});
+
+test("the scales of a diagram leave out deaths that never come, and its gaps end at finite dots", () => {
+  const labels = Float64Array.of(0.25, Infinity, 9, Infinity, 0.5, 8, 2, 2.5);
+  assert.deepEqual(extentOf(labels), { highest: 9, hasImmortals: true });
+  assert.deepEqual(extentOf(labels.subarray(4)), { highest: 8, hasImmortals: false });
+  assert.deepEqual(gapsOf({ ds: 7.5, vs: 0.5 }, labels, 4), { diagonal: [0.5, 7.5], vertical: [0.5, 9] });
+  assert.equal(formatNumber(Infinity), "∞");
+});
+
+test("loops of a space are outlines without circles and without fill, in the colours of their tracks", () => {
+  const walk = Float64Array.of(1, 2, 3);
+  const track = (id, area) => ({ id, birth: 1, death: Infinity, center: [0, 0, id], area, selected: true });
+  const alive = [track(1, null), track(2, null)];
+  const cycles = new Map(alive.map(({ id }) => [id, [walk]]));
+  const inSpace = { ...annotations(), alive, cycles };
+  forgetColors();
+  assignColors(alive);
+  const outlines = outlinesOf(inSpace, new TracksByLabel(), null);
+  assert.deepEqual(
+    outlines.map(({ walk: one, circle }) => [one, circle]),
+    [
+      [walk, null],
+      [walk, null],
+    ],
+  );
+  assert.deepEqual(filledHoles(inSpace), []);
+  const [ofPlane] = outlinesOf({ ...inSpace, alive: [track(1, 5)] }, new TracksByLabel(), null);
+  assert.ok(outlines[0].width > ofPlane.width, "a loop is wider than the outline of a hole that is filled");
+  assert.equal(filledHoles({ ...inSpace, alive: [track(1, 5)] }).length, 1);
+  // Colours go by all coordinates, and tracks of one place differ as well.
+  assert.notEqual(colorIndexOf(1), colorIndexOf(2));
+});
+
+test("a critical edge that never dies is as strong as the most persistent one", () => {
+  const critical = new Mirror().critical;
+  const rows = [[1, 2, 0, Infinity], [1, 3, 0, 4], ...Array.from({ length: 300 }, (_, i) => [5, 6 + i, 0, 1])];
+  for (const row of rows) critical.add(Float64Array.from(row), 0);
+  const alphas = new Map();
+  forCriticalEdges(critical, new TracksByLabel(), null, (a, b, _, alpha) => alphas.set(`${a} ${b}`, alpha));
+  assert.deepEqual([alphas.get("1 2"), alphas.get("1 3"), alphas.get("5 6")], [1, 1, 0.625]);
+});
+
+test("layers have every slot once, the farthest first, whatever its depth is", () => {
+  const layers = new Layers();
+  const depths = [0.95, 0.1, -1, 1.7, NaN, 0.5, -0.2, 0.1];
+  layers.sort(depths.length, (slot) => (slot === 2 ? NOWHERE : depths[slot]));
+  const order = [...layers.order.subarray(0, layers.count)];
+  assert.deepEqual([...order].sort(), [0, 1, 3, 4, 5, 6, 7]);
+  const places = order.map((slot) => Math.min(1, Math.max(0, depths[slot] || 0)));
+  places.slice(1).forEach((place, i) => assert.ok(place >= places[i] - 1 / 12, `${places}`));
+  assert.deepEqual(order.slice(-2).sort(), [0, 3]);
+  layers.sort(0, () => 0);
+  assert.equal(layers.count, 0);
 });

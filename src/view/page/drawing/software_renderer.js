@@ -66,7 +66,7 @@ export class SoftwareRenderer {
     const thick = this.drawThinCritical(mirror, pick);
     this.drawRaster();
     this.drawOutlines(mirror, annotations, pick);
-    for (const edge of thick) this.drawThickCritical(edge);
+    for (const edge of thick) this.drawThickLine(edge);
     if (annotations.simplified !== null) this.drawSimplified(simplified);
     this.visibleFrame = mirror.frame;
   }
@@ -143,9 +143,8 @@ export class SoftwareRenderer {
   }
 
   drawEdge(slot, word) {
-    const { positions, edgeIndices } = this;
-    const [from, to] = [2 * edgeIndices[2 * slot], 2 * edgeIndices[2 * slot + 1]];
-    if (from !== to) this.raster.line(positions[from], positions[from + 1], positions[to], positions[to + 1], word);
+    const [from, to] = [this.edgeIndices[2 * slot], this.edgeIndices[2 * slot + 1]];
+    if (from !== to) this.drawThinLine(from, to, word);
   }
 
   drawPoint(slot, word) {
@@ -154,24 +153,29 @@ export class SoftwareRenderer {
 
   /** Draws the thin critical edges. Returns the thick ones. */
   drawThinCritical({ vertices, critical }, pick) {
-    const { raster, positions } = this;
     const thick = [];
     forCriticalEdges(critical, this.tracksByLabel, pick, (a, b, color, alpha, width) => {
-      const [from, to] = [2 * vertices.find(a), 2 * vertices.find(b)];
+      const [from, to] = [vertices.find(a), vertices.find(b)];
       if (from < 0 || to < 0) return;
-      if (width > 1) return void thick.push({ from, to, color, width });
-      const packed = packColor(color.rgb, alpha);
-      raster.line(positions[from], positions[from + 1], positions[to], positions[to + 1], packed);
+      const opacity = alpha * fadeBetween(vertices, from, to);
+      if (width > 1) thick.push({ from, to, color, opacity, width });
+      else this.drawThinLine(from, to, packColor(color.rgb, opacity));
     });
     return thick;
   }
 
-  drawThickCritical({ from, to, color, width }) {
+  drawThinLine(from, to, word) {
+    const { positions } = this;
+    this.raster.line(positions[2 * from], positions[2 * from + 1], positions[2 * to], positions[2 * to + 1], word);
+  }
+
+  /** Draws a line between two vertices. */
+  drawThickLine({ from, to, color, opacity, width }) {
     const { context, positions } = this;
     context.beginPath();
-    context.moveTo(positions[from], positions[from + 1]);
-    context.lineTo(positions[to], positions[to + 1]);
-    this.stroke(color, 1, width);
+    context.moveTo(positions[2 * from], positions[2 * from + 1]);
+    context.lineTo(positions[2 * to], positions[2 * to + 1]);
+    this.stroke(color, opacity, width);
   }
 
   stroke(color, alpha, width) {
@@ -214,14 +218,10 @@ export class SoftwareRenderer {
 
   /** Draws a walk whose lines are paler the farther away they are. */
   drawLoop(vertices, walk, color, alpha, width) {
-    const { context, positions } = this;
     for (let i = 0; i < walk.length; i++) {
       const [from, to] = [vertices.find(walk[i]), vertices.find(walk[(i + 1) % walk.length])];
       if (from < 0 || to < 0) continue;
-      context.beginPath();
-      context.moveTo(positions[2 * from], positions[2 * from + 1]);
-      context.lineTo(positions[2 * to], positions[2 * to + 1]);
-      this.stroke(color, alpha * fadeBetween(vertices, from, to), width);
+      this.drawThickLine({ from, to, color, opacity: alpha * fadeBetween(vertices, from, to), width });
     }
   }
 

@@ -6,7 +6,7 @@
 //! Must not know: bytes of messages, drawing.
 
 import { formatNumber } from "./numbers.js";
-import { spaceName } from "./spaces.js";
+import { shortSpaceName } from "./spaces.js";
 
 /** The end of the slider's range. The scale grows with the square of its value, so small scales have more room. */
 const SLIDER = 1000;
@@ -43,7 +43,7 @@ export function hashOf({ stream, view: { cut, simplify } }) {
 const kindOf = (cut) => (cut === "Full" ? "full" : cut.Derived ? "derived" : "reduced");
 
 /** A stream in the list: its name, and its space if that is not the plane. */
-const labelOf = (name, space) => (space ? `${name} (${spaceName(space)})` : name);
+const labelOf = (name, space) => (space ? `${name} (${shortSpaceName(space)})` : name);
 
 export class Controls {
   /**

@@ -67,6 +67,7 @@ export class Diagram {
     context.rect(this.left, TOP, this.side, this.side);
     context.clip();
     if (frame) this.shade(frame, dots.total);
+    if (this.hasImmortals) this.drawLine();
     this.drawDots(frame, dots.isShown, pick);
     context.restore();
     this.drawAxes();
@@ -231,7 +232,8 @@ export class Diagram {
       const isFree = !this.hasImmortals || this.y(tick) > TOP + 2 * LINE;
       if (tick > 0 && isFree) context.fillText(formatNumber(tick), left - 6, this.y(tick) + 4);
     }
-    if (this.hasImmortals) this.drawInfinity();
+    context.textAlign = "right";
+    if (this.hasImmortals) context.fillText("∞", left - 6, this.y(Infinity) + 4);
     context.textAlign = "center";
     context.fillText("birth", left + side / 2, bottom + 28);
     context.save();
@@ -242,13 +244,11 @@ export class Diagram {
   }
 
   /** Draws the line of the dots that never die. */
-  drawInfinity() {
+  drawLine() {
     this.line(withAlpha(palette.muted, 0.8), [
       [0, Infinity],
       [this.largest, Infinity],
     ]);
-    this.context.textAlign = "right";
-    this.context.fillText("∞", this.left - 6, this.y(Infinity) + 4);
   }
 
   /** Draws what the marks mean, right of the diagonal, where no dot can be. */

@@ -13,6 +13,10 @@ export function spaceName({ metric, dimension }) {
   return dimension > 0 ? `R^${dimension}, ${name}` : name;
 }
 
+/** The same in short: the dimension, or the metric that says it. */
+export const shortSpaceName = ({ metric, dimension }) =>
+  metric === "Haversine" || !(dimension > 0) ? metric.toLowerCase() : `R^${dimension}`;
+
 /** The names of the picture's axes. Where a cloud is turned there are none. */
 export function axesOf({ metric, dimension }) {
   if (metric === "Haversine") return ["lon", "lat"];

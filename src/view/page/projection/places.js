@@ -2,8 +2,8 @@
 //!
 //! In: the vertices of a mirror; a map, which is of axes and an offset.
 //! Out: three coordinates by slot; their centre and radius.
-//! Invariants: a place is computed again only if its vertex is another one or the map has changed, so that a few changes
-//! of a cloud in a high dimension cost little.
+//! Invariants: a place is computed again only if its vertex is another one or the map has changed, so that a few
+//! changes of a cloud in a high dimension cost little.
 //! Must not know: how axes are found, cameras.
 
 /**

@@ -4,8 +4,8 @@
 //! Out: three orthonormal axes.
 //! Invariants: work is bounded, whatever the dimension is. The first axes are the three principal components, the
 //! largest loading of each positive. Later ones span what the iteration has reached from those before, and are turned
-//! onto them (Procrustes), so that a picture does not jump where components are about equally strong. Only where another
-//! direction has become far stronger do they change at once.
+//! onto them (Procrustes), so that a picture does not jump where components are about equally strong. Only where
+//! another direction has become far stronger do they change at once.
 //! Must not know: metrics, streams, what is drawn.
 
 import { dot, eigenvectors, nearestOrthogonal, orthonormalize } from "./linear.js";

@@ -2,8 +2,8 @@
 //!
 //! In: a picture whose mirrors may be in a space; how the cloud is turned.
 //! Out: the same picture, whose vertices are positions in the plane of the screen.
-//! Invariants: the projection is orthographic, so lengths across the line of sight are true. Up to three coordinates are
-//! shown as they are; of more, the principal components. Vectors that are compared by angles are shown at length 1.
+//! Invariants: the projection is orthographic, so lengths across the line of sight are true. Up to three coordinates
+//! are shown as they are; of more, the principal components. Vectors that are compared by angles are shown at length 1.
 //! A picture of the plane is left as it is.
 //! Must not know: the graphics card, events.
 
