@@ -7,10 +7,7 @@ use thiserror::Error;
 use crate::frame::FrameError;
 
 /// The protocol version that a side announces: the highest one that it serves.
-pub const VERSION: u16 = 3;
-
-/// The newest version that this crate reads and writes. It is above [`VERSION`] until the daemon serves it.
-pub const NEWEST_VERSION: u16 = 4;
+pub const VERSION: u16 = 4;
 
 /// The version of files: the lowest one that has all messages that files have, so that older readers read them.
 pub const FILE_VERSION: u16 = 2;

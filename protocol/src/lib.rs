@@ -10,7 +10,7 @@
 //! bytes ◀── encode  ◀── (channel, Message)
 //! ```
 //!
-//! The crate supports versions 1 to 4; sides announce those up to [`VERSION`]. Frames carry the version that both sides
+//! The crate supports versions 1 to 4. Frames carry the version that both sides
 //! agreed on. A message that this version does not have is neither read nor written.
 //!
 //! Must not know: sockets, threads, clocks, geometry.
@@ -20,7 +20,7 @@
 //!
 //! // A client and a daemon agree on a version...
 //! let mut wire = Banner::OURS.encode().to_vec();
-//! let version = Banner::OURS.agree(Banner { lowest: 1, highest: 7 }).expect("both speak version 3");
+//! let version = Banner::OURS.agree(Banner { lowest: 1, highest: 7 }).expect("both speak version 4");
 //! assert_eq!(version, VERSION);
 //!
 //! // ...and the client sends points, which arrive in two pieces.
@@ -55,7 +55,7 @@ mod types;
 pub use admin::{
     Disconnect, Disconnected, GetMemory, ListPeers, Memory, Peer, Peers, StopStream, StreamMemory, StreamStopped,
 };
-pub use banner::{Banner, FILE_VERSION, NEWEST_VERSION, NoCommonVersion, SPACE_FILE_VERSION, VERSION};
+pub use banner::{Banner, FILE_VERSION, NoCommonVersion, SPACE_FILE_VERSION, VERSION};
 pub use codec::{BodyError, Shared};
 pub use consumer::{
     Cause, ChangeView, Diff, Dots, Heartbeat, Lagged, Resume, Resumed, Snapshot, StreamClosed, StreamOpened, Subscribe,
@@ -69,8 +69,8 @@ pub use decoder::{Decoder, Frame};
 pub use frame::{FrameError, HEADER, LARGEST_FRAME, header};
 pub use message::{Message, encode, encode_shared};
 pub use mirror::{
-    Checksum, Coordinates, Element, ElementId, Mirror, MirrorError, Place, Position, SpaceMirror, SpaceTrackMirror,
-    TrackMessage, TrackMirror, TrackMirrorError, TrackState, TrackStep,
+    AnyMirror, Checksum, Coordinates, Element, ElementId, Mirror, MirrorError, Place, Position, SpaceMirror,
+    SpaceTrackMirror, TrackMessage, TrackMirror, TrackMirrorError, TrackState, TrackStep,
 };
 pub use producer::{
     Accepted, Batch, Close, Closed, Commit, Committed, LISTED_REFUSALS, Open, Opened, Overloaded, Policy, Refusal,

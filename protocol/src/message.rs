@@ -15,6 +15,7 @@ use crate::frame::header;
 use crate::producer::*;
 use crate::space::*;
 use crate::tracks::*;
+use crate::types::FrameInfo;
 
 macro_rules! messages {
     ($($kind:literal $name:ident($body:ty) $(since $since:literal)?,)*) => {
@@ -130,6 +131,39 @@ messages! {
     0x0307 GetMemory(GetMemory) since 3,
     0x0308 Memory(Memory) since 3,
     0x0F01 Elapsed(Elapsed),
+}
+
+impl Message {
+    /// The number of the stream that it tells a consumer about; none for other messages.
+    pub fn stream(&self) -> Option<u32> {
+        Some(match self {
+            Self::StreamOpened(opened) => opened.stream,
+            Self::StreamClosed(closed) => closed.stream,
+            Self::Snapshot(snapshot) => snapshot.stream,
+            Self::Diff(diff) => diff.stream,
+            Self::Dots(dots) => dots.stream,
+            Self::Tracks(tracks) => tracks.stream,
+            Self::SpaceSnapshot(snapshot) => snapshot.stream,
+            Self::SpaceDiff(diff) => diff.stream,
+            Self::SpaceDots(dots) => dots.stream,
+            Self::SpaceTracks(tracks) => tracks.stream,
+            Self::Heartbeat(heartbeat) => heartbeat.stream,
+            Self::Lagged(lagged) => lagged.stream,
+            Self::Resumed(resumed) => resumed.stream,
+            _ => return None,
+        })
+    }
+
+    /// The frame of a view that it leads to; none for other messages.
+    pub fn frame(&self) -> Option<&FrameInfo> {
+        match self {
+            Self::Snapshot(snapshot) => Some(&snapshot.frame),
+            Self::Diff(diff) => Some(&diff.frame),
+            Self::SpaceSnapshot(snapshot) => Some(&snapshot.frame),
+            Self::SpaceDiff(diff) => Some(&diff.frame),
+            _ => None,
+        }
+    }
 }
 
 /// Encodes a message as a whole frame.

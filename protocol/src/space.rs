@@ -30,6 +30,19 @@ pub enum Metric {
     Haversine,
 }
 
+impl Metric {
+    /// Its name in options and formats.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Euclidean => "euclidean",
+            Self::Manhattan => "manhattan",
+            Self::Chebyshev => "chebyshev",
+            Self::Angular => "angular",
+            Self::Haversine => "haversine",
+        }
+    }
+}
+
 /// Asks which streams have points in R^d.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ListSpaces {}

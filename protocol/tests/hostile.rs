@@ -13,8 +13,7 @@ mod samples;
 use std::collections::BTreeSet;
 
 use hopes_protocol::{
-    Banner, BodyError, Decoder, Frame, FrameError, HEADER, LARGEST_FRAME, Message, NEWEST_VERSION, VERSION, encode,
-    header,
+    Banner, BodyError, Decoder, Frame, FrameError, HEADER, LARGEST_FRAME, Message, VERSION, encode, header,
 };
 use samples::bad::{self, frame_of, long};
 use samples::random::Random;
@@ -22,7 +21,7 @@ use samples::random::Random;
 /// A decoder of the newest version.
 fn newest(largest: u32) -> Decoder {
     let mut decoder = Decoder::new(largest);
-    decoder.set_version(NEWEST_VERSION);
+    decoder.set_version(VERSION);
     decoder
 }
 
@@ -35,13 +34,12 @@ fn read(bytes: &[u8]) -> Result<Option<Frame>, FrameError> {
 
 /// A frame of the newest version with a correct header and CRC around any body.
 fn sealed(kind: u16, body: &[u8]) -> Vec<u8> {
-    frame_of(NEWEST_VERSION, kind, body)
+    frame_of(VERSION, kind, body)
 }
 
 /// All samples as whole frames.
 fn frames() -> Vec<Vec<u8>> {
-    let encoded =
-        |sample: samples::Sample| encode(NEWEST_VERSION, sample.channel, &sample.message).expect("it is short");
+    let encoded = |sample: samples::Sample| encode(VERSION, sample.channel, &sample.message).expect("it is short");
     samples::all().into_iter().map(encoded).collect()
 }
 
@@ -60,12 +58,12 @@ fn all_bad() -> Vec<(u16, bad::Bad)> {
 /// Reads any body. If it can be read, then writing and reading it again gives the same. If not, the error is of the
 /// right class.
 fn read_body(kind: u16, body: &[u8]) -> bool {
-    match Message::decode(NEWEST_VERSION, kind, body) {
+    match Message::decode(VERSION, kind, body) {
         Ok(message) => {
-            let written = encode(NEWEST_VERSION, 7, &message).expect("it is short");
+            let written = encode(VERSION, 7, &message).expect("it is short");
             let again = read(&written).expect("it is right").expect("it is whole").message().expect("it can be read");
             // The bytes are compared, since NaN differs from itself.
-            assert_eq!(encode(NEWEST_VERSION, 7, &again).expect("it is short"), written);
+            assert_eq!(encode(VERSION, 7, &again).expect("it is short"), written);
             assert!(written.len() <= HEADER + body.len() + 4, "{kind:#06x} {body:?}");
             true
         }
@@ -75,7 +73,7 @@ fn read_body(kind: u16, body: &[u8]) -> bool {
         }
         Err(BodyError::TrailingBytes { kind: found, extra }) => {
             assert!(found == kind && (1..=body.len()).contains(&extra));
-            Message::decode(NEWEST_VERSION, kind, &body[..body.len() - extra]).expect("the bytes before are a body");
+            Message::decode(VERSION, kind, &body[..body.len() - extra]).expect("the bytes before are a body");
             false
         }
         Err(error) => panic!("{kind:#06x} is known, and its body short: {error}"),
@@ -115,10 +113,7 @@ fn unknown_types_are_refused_whatever_their_body() {
     for kind in 0..=u16::MAX {
         if Message::KINDS.iter().all(|&(known, _)| known != kind) {
             let count = random.below(16);
-            assert_eq!(
-                Message::decode(NEWEST_VERSION, kind, &random.bytes(count)),
-                Err(BodyError::UnknownType { kind })
-            );
+            assert_eq!(Message::decode(VERSION, kind, &random.bytes(count)), Err(BodyError::UnknownType { kind }));
         }
     }
 }
@@ -153,12 +148,12 @@ fn a_version_neither_reads_nor_writes_messages_of_a_later_one() {
     for sample in samples::all() {
         let kind = sample.message.kind();
         let unknown = BodyError::UnknownType { kind };
-        let Frame { body, .. } = read(&encode(NEWEST_VERSION, 7, &sample.message).expect("it is short"))
+        let Frame { body, .. } = read(&encode(VERSION, 7, &sample.message).expect("it is short"))
             .expect("it is right")
             .expect("it is whole");
         let later = LATER.into_iter().find(|(later, _)| *later == kind);
         assert_eq!(sample.message.since(), later.map_or(1, |(_, since)| since), "{}", sample.name);
-        for version in 0..=NEWEST_VERSION + 1 {
+        for version in 0..=VERSION + 1 {
             let is_known = version >= sample.message.since();
             let expected = if is_known { Ok(sample.message.clone()) } else { Err(unknown.clone()) };
             assert_eq!(Message::decode(version, kind, &body), expected, "{} in version {version}", sample.name);
@@ -216,7 +211,7 @@ fn all_supported_versions_are_read_until_one_is_agreed_on() {
 fn a_body_cut_off_anywhere_is_refused() {
     for (kind, body) in bodies() {
         for length in 0..body.len() {
-            let read = Message::decode(NEWEST_VERSION, kind, &body[..length]);
+            let read = Message::decode(VERSION, kind, &body[..length]);
             assert!(matches!(read, Err(BodyError::Malformed { .. })), "{kind:#06x} cut after {length}: {read:?}");
         }
     }
@@ -228,7 +223,7 @@ fn a_body_with_trailing_bytes_is_refused() {
     for (kind, body) in bodies() {
         for extra in 1..20 {
             let longer = [body.clone(), random.bytes(extra)].concat();
-            assert_eq!(Message::decode(NEWEST_VERSION, kind, &longer), Err(BodyError::TrailingBytes { kind, extra }));
+            assert_eq!(Message::decode(VERSION, kind, &longer), Err(BodyError::TrailingBytes { kind, extra }));
         }
     }
 }
@@ -389,7 +384,7 @@ fn lengths_are_checked_before_the_body_arrives() {
     for _ in 0..100_000 {
         let (length, largest) = (random.word() as u32 >> random.below(32), random.word() as u32 >> random.below(32));
         let mut decoder = newest(largest);
-        decoder.push(&header(NEWEST_VERSION, 0x0103, 7, length));
+        decoder.push(&header(VERSION, 0x0103, 7, length));
         let expected = if length > largest { Err(FrameError::TooLarge { length, largest }) } else { Ok(None) };
         assert_eq!(decoder.frame(), expected);
     }
@@ -481,11 +476,11 @@ mod memory {
         bodies.iter().for_each(|(kind, body)| assert!(read_body(*kind, body)));
         let before = peak_of_memory();
         for (kind, body) in &hostile {
-            let _ = black_box(Message::decode(NEWEST_VERSION, *kind, body));
+            let _ = black_box(Message::decode(VERSION, *kind, body));
         }
         for length in [0, 1 << 20, LARGEST_FRAME, u32::MAX] {
             let mut decoder = newest(u32::MAX);
-            decoder.push(&header(NEWEST_VERSION, 0x0103, 7, length));
+            decoder.push(&header(VERSION, 0x0103, 7, length));
             assert_eq!(black_box(&mut decoder).frame(), Ok(None));
         }
         let grown = peak_of_memory() - before;
@@ -494,7 +489,7 @@ mod memory {
             let mut body = [before, &long(1 << 36)].concat();
             body.resize(16 << 20, 7);
             let before = peak_of_memory();
-            assert!(black_box(Message::decode(NEWEST_VERSION, kind, &body)).is_err());
+            assert!(black_box(Message::decode(VERSION, kind, &body)).is_err());
             let grown = peak_of_memory() - before;
             assert!(grown <= ALLOWED, "{grown} bytes for a body of 16 MiB that announces 64 GiB");
         }

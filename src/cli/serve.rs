@@ -14,15 +14,15 @@ use clap::{ArgGroup, Args, ValueEnum};
 use hopes_protocol::{Simplify, View};
 
 use super::args::{
-    ChosenColumns, PLACES, Place, ProjectArgs, SocketArgs, TrackArgs, ViewArgs, duration, from_one, host_and_port,
-    host_name, many, origin, resolution, window,
+    PLACES, Place, ProjectArgs, SocketArgs, StreamSpace, StreamSpaceArgs, TrackArgs, ViewArgs, duration, form,
+    from_one, host_and_port, host_name, many, origin, resolution, window,
 };
 use super::{Failure, files};
 use crate::daemon::{
     self, BATCH, Feed, Input, OutputFrame, PipelineOptions, Settings, Sink, Source, Stop, StreamSettings,
 };
 use crate::formats::frame_writer::{FrameForm, FrameWriter};
-use crate::formats::input::{Columns, Format};
+use crate::formats::input::Format;
 use crate::formats::points::{Form, Origin, PointSource};
 use crate::view::{Page, PageAddress};
 
@@ -41,11 +41,13 @@ pub struct Serve {
     #[arg(long, value_enum)]
     input: Option<InputFormat>,
     /// Columns of a table, by number from 1 or by name in the header; a third one is the event time [default: what the
-    /// header calls x and y, or lon and lat, and with --window time:T also t or time; else 1,2].
+    /// header calls x and y, or lon and lat, and with --window time:T also t or time; else 1,2; with --metric all].
     #[arg(long, value_name = "X,Y[,T]")]
-    columns: Option<ChosenColumns>,
+    columns: Option<String>,
     #[command(flatten)]
     project: ProjectArgs,
+    #[command(flatten)]
+    space: StreamSpaceArgs,
     /// Which points stay: all, points:N, frames:N or time:T.
     ///
     /// all: until they are retracted. points:N: the last N. frames:N: those of the last N frames; with N = 1 every
@@ -190,36 +192,45 @@ impl Serve {
         if input.is_some() {
             files::check_stdin()?;
         }
-        let sink = output.map(|output| self.sink(output)).transpose()?;
-        let source = input.map(|input| self.source(input));
+        let space = self.space.space()?;
+        let sink = output.map(|output| self.sink(output, space.is_some())).transpose()?;
+        let source = input.map(|input| self.source(input, space)).transpose()?;
         let allow_remote = self.sockets.allow_remote;
         let PageArgs { address, hosts, origins } = self.page.clone();
         let page =
             address.map(|address| Page::bind(PageAddress { address, hosts, origins, allow_remote })).transpose()?;
         let stop = Stop::listen().context("cannot listen to signals")?;
-        Ok(daemon::run(self.settings()?, source, sink, page.map(Page::http), &stop)?)
+        Ok(daemon::run(self.settings(space)?, source, sink, page.map(Page::http), &stop)?)
     }
 
-    fn source(&self, input: InputFormat) -> Source {
-        let wants_times = matches!(self.window, hopes::topology::Window::Time(_));
-        let columns = self.project.columns(self.columns.as_ref()).with_times(wants_times);
+    fn source(&self, input: InputFormat, space: Option<StreamSpace>) -> Result<Source, Failure> {
+        let columns = self.columns.as_deref();
+        let form = match input {
+            InputFormat::Auto => form(space, None, columns, self.project)?,
+            InputFormat::Text => form(space, Some(Format::Text), columns, self.project)?,
+            InputFormat::Jsonl => form(space, Some(Format::JsonLines), columns, self.project)?,
+            InputFormat::Bin => Form::Binary,
+        };
+        let form = form.with_times(matches!(self.window, hopes::topology::Window::Time(_)));
         let project = self.project;
-        Box::new(move |feed| read_stdin(input, columns, project, feed))
+        Ok(Box::new(move |feed| read_stdin(form, project, feed)))
     }
 
-    fn sink(&self, output: OutputFormat) -> Result<Box<dyn Sink>, Failure> {
+    fn sink(&self, output: OutputFormat, is_of_space: bool) -> Result<Box<dyn Sink>, Failure> {
         let (form, stdout) = match output {
             OutputFormat::Jsonl => (FrameForm::Lines, files::stdout()?),
             OutputFormat::Bin => (FrameForm::Binary, files::binary_stdout("a recording", "--output jsonl")?),
         };
-        Ok(Box::new(Frames(FrameWriter::new(form, self.track_list, stdout))))
+        let writer = FrameWriter::new(form, self.track_list, stdout);
+        Ok(Box::new(Frames(if is_of_space { writer.of_space() } else { writer })))
     }
 
-    fn settings(self) -> Result<Settings, Failure> {
+    fn settings(self, space: Option<StreamSpace>) -> Result<Settings, Failure> {
         let listen = self.sockets.listen.iter().map(Place::address).collect::<Result<_, _>>()?;
+        let space = space.map(|space| space.rule(self.sockets.max_vertices));
         Ok(Settings {
             default_stream: StreamSettings {
-                options: PipelineOptions { window: self.window, resolution: self.resolution, space: None },
+                options: PipelineOptions { window: self.window, resolution: self.resolution, space },
                 frame_points: self.frame_points,
                 frame_every: self.frame_every,
             },
@@ -232,7 +243,7 @@ impl Serve {
             limits: self.sockets.limits(),
             listen,
             allow_remote: self.sockets.allow_remote,
-            streams: self.sockets.stream,
+            streams: self.sockets.streams(),
         })
     }
 }
@@ -255,13 +266,7 @@ impl Sink for Frames {
     }
 }
 
-fn read_stdin(input: InputFormat, columns: Columns, project: ProjectArgs, feed: &Feed) {
-    let form = match input {
-        InputFormat::Auto => Form::Lines(None, columns),
-        InputFormat::Text => Form::Lines(Some(Format::Text), columns),
-        InputFormat::Jsonl => Form::Lines(Some(Format::JsonLines), columns),
-        InputFormat::Bin => Form::Binary,
-    };
+fn read_stdin(form: Form, project: ProjectArgs, feed: &Feed) {
     let origin = Origin::Stdin;
     let is_projected = project.is_on();
     let stdin =

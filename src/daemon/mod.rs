@@ -77,7 +77,7 @@ pub use memory::{Account, Charge, Charged};
 pub use run::{Feed, Sink, Source, run};
 pub use settings::{DEFAULT_STREAM, Limits, SOFTWARE, Settings, StreamSettings};
 pub use stop::{Stop, Stopper};
-pub use streams::convert::{cut, spec, wire_window};
+pub use streams::convert::{cut, metric, spec, wire_metric, wire_window};
 pub use streams::frame_times::FrameTimes;
 pub use streams::input::{BATCH, Batch, Input, Point, Positions};
 pub use streams::output::OutputFrame;

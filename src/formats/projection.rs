@@ -221,7 +221,7 @@ mod tests {
     fn inputs_keep_times_and_lines_of_good_points() {
         let mut projector = Projector::new(None);
         let batch = Batch {
-            positions: vec![(25.0, 60.0), (25.0, 95.0), (25.0, 60.001)],
+            positions: Positions::Plane(vec![(25.0, 60.0), (25.0, 95.0), (25.0, 60.001)]),
             times: vec![1.0, 2.0, 3.0],
             lines: vec![4, 5, 6],
             ..Batch::default()
@@ -234,6 +234,6 @@ mod tests {
         let [Input::Unreadable(reason), Input::Points(good)] = &sent[..] else { panic!("{sent:?}") };
         assert!(reason.starts_with("line 5: longitude 25, latitude 95"), "{reason}");
         assert_eq!((good.times.as_slice(), good.lines.as_slice()), (&[1.0, 3.0][..], &[4, 6][..]));
-        assert_eq!(good.positions[0], (0.0, 0.0));
+        assert_eq!(good.positions.get(0), Point::Plane(0.0, 0.0));
     }
 }

@@ -12,8 +12,8 @@ use std::io::{self, Read, Write};
 use std::time::Duration;
 
 use hopes_protocol::{
-    Banner, BodyError, Decoder, Diff, Elapsed, FILE_VERSION, FrameError, Goodbye, LARGEST_FRAME, Message,
-    NoCommonVersion, Snapshot, encode,
+    Banner, BodyError, Decoder, Elapsed, FILE_VERSION, FrameError, Goodbye, LARGEST_FRAME, Message, NoCommonVersion,
+    encode,
 };
 use thiserror::Error;
 
@@ -200,15 +200,15 @@ impl<W: Write> Recording<W> {
 
     fn note(&mut self, name: &str, message: &Message) {
         match message {
-            Message::Snapshot(Snapshot { frame, .. }) | Message::Diff(Diff { frame, .. }) => {
+            Message::StreamClosed(_) => drop(self.streams.remove(name)),
+            Message::Goodbye(_) => self.has_ended = true,
+            message => {
+                let Some(frame) = message.frame() else { return };
                 match self.streams.get_mut(name) {
                     Some(last) => *last = frame.number,
                     None => drop(self.streams.insert(name.to_owned(), frame.number)),
                 }
             }
-            Message::StreamClosed(_) => drop(self.streams.remove(name)),
-            Message::Goodbye(_) => self.has_ended = true,
-            _ => {}
         }
     }
 }

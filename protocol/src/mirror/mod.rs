@@ -6,12 +6,14 @@
 //!
 //! Must not know: where messages come from.
 
+mod any;
 mod checksum;
 mod position;
 mod skeleton;
 mod track_message;
 mod tracks;
 
+pub use any::AnyMirror;
 pub use checksum::{Checksum, Element};
 pub use position::{Coordinates, Place, Position};
 pub use skeleton::{ElementId, Mirror, MirrorError, SpaceMirror};

@@ -89,6 +89,12 @@ pub enum MirrorError {
         /// The vertex.
         vertex: u64,
     },
+    /// The diff is of the plane and the mirror's content in R^d, or the other way round.
+    #[error("frame {frame} is of another kind of space than what the mirror holds: subscribe again")]
+    OtherSpace {
+        /// The frame.
+        frame: u64,
+    },
     /// An earlier message could not be applied.
     #[error("the mirror has lost its place and needs a snapshot: subscribe again")]
     Lost,

@@ -23,7 +23,9 @@ use crate::cli::following::Shown;
 use crate::client::delivery::Delivery;
 use crate::client::follow::{Subscription, follow_until};
 use crate::client::{Client, SOFTWARE, Timeouts};
-use crate::daemon::{self, Address, HttpAccess, Limits, Overload, PipelineOptions, Settings, StartHttp, Stop, StreamSettings};
+use crate::daemon::{
+    self, Address, HttpAccess, Limits, Overload, PipelineOptions, Settings, StartHttp, Stop, StreamSettings,
+};
 use crate::formats::messages::{MessageForm, MessageWriter};
 use crate::view::Page;
 
@@ -127,6 +129,7 @@ impl Stage {
             strict: false,
             rate: Some(self.rate),
             origin: None,
+            space: None,
             whole_frames: true,
         };
         let client = Client::connect(&self.address, SOFTWARE, Timeouts::default())?;

@@ -6,55 +6,15 @@
 //!
 //! Must not know: bytes, threads.
 
+mod frames;
+
 use std::num::{NonZeroU32, NonZeroU64};
 
-use hopes::topology::{
-    Critical, Diff, EdgeId, EventKind, Refusal, Step, Track, TrackEvent, Vertices, ViewSpec, Window,
-};
+use hopes::topology::spaces::Metric;
+use hopes::topology::{EventKind, Refusal, Track, TrackEvent, ViewSpec, Window};
 use hopes_protocol as wire;
 
-use super::pipeline::PipelineOptions;
-
-/// What turns the frame before into this one.
-pub fn diff(stream: u32, view: wire::View, step: &Step, rejected: u64) -> wire::Diff {
-    wire_diff(stream, step.from, frame_info(view, step, rejected), &step.diff, step.checksum.0)
-}
-
-/// A diff of the core, as the change of a view from one frame to another.
-pub fn wire_diff(stream: u32, from: u64, frame: wire::FrameInfo, diff: &Diff, checksum: u64) -> wire::Diff {
-    wire::Diff {
-        stream,
-        from,
-        frame,
-        vertices_added: vertices(&diff.vertices_added),
-        vertices_removed: diff.vertices_removed.iter().map(|id| id.0).collect(),
-        edges_added: diff.tree_added.iter().map(edge).collect(),
-        edges_removed: diff.tree_removed.iter().map(edge).collect(),
-        critical_set: diff.critical_set.iter().map(critical).collect(),
-        critical_removed: diff.critical_removed.iter().map(edge).collect(),
-        checksum,
-    }
-}
-
-/// A step from nothing, as a whole.
-pub fn snapshot(stream: u32, view: wire::View, cause: wire::Cause, step: &Step, rejected: u64) -> wire::Snapshot {
-    debug_assert_eq!(step.from, 0, "a snapshot starts from nothing");
-    wire::Snapshot {
-        stream,
-        cause,
-        frame: frame_info(view, step, rejected),
-        vertices: vertices(&step.diff.vertices_added),
-        edges: step.diff.tree_added.iter().map(edge).collect(),
-        critical: step.diff.critical_set.iter().map(critical).collect(),
-        checksum: step.checksum.0,
-    }
-}
-
-/// About how many bytes a snapshot of a frame has on the wire.
-pub fn snapshot_size(frame: &wire::FrameInfo) -> u64 {
-    // An id has about four bytes.
-    20 * frame.vertices + 8 * frame.vertices.saturating_sub(frame.components) + 24 * frame.cycles
-}
+pub use self::frames::{Dots, Shape, diff, frame_info, snapshot, snapshot_size};
 
 /// A track as it was last seen.
 pub fn track(track: &Track) -> wire::Track {
@@ -79,37 +39,6 @@ pub fn track_event(event: &TrackEvent) -> wire::TrackEvent {
     };
     let time = event.time.filter(|time| time.is_finite());
     wire::TrackEvent { frame: event.frame, time, happening, track: track(&event.track) }
-}
-
-fn frame_info(view: wire::View, step: &Step, rejected: u64) -> wire::FrameInfo {
-    let selection = step.selection.as_ref();
-    wire::FrameInfo {
-        number: step.number,
-        time: step.time.filter(|time| time.is_finite()),
-        points: step.points,
-        vertices: step.vertices as u64,
-        rejected,
-        view,
-        ds: selection.and_then(|selection| selection.ds).filter(|ds| ds.is_finite()),
-        vs: selection.map(|selection| selection.vs).filter(|vs| vs.is_finite()),
-        components: step.components as u64,
-        cycles: step.cycles as u64,
-    }
-}
-
-/// The wire's vertices are those of the plane.
-fn vertices(vertices: &Vertices) -> Vec<wire::Vertex> {
-    vertices.ids().iter().zip(vertices.positions()).map(|(id, [x, y])| (id.0, x, y)).collect()
-}
-
-fn edge([a, b]: &EdgeId) -> wire::Edge {
-    (a.0, b.0)
-}
-
-/// A critical edge: its ends, birth and death.
-pub fn critical(critical: &Critical) -> wire::Critical {
-    let [a, b] = critical.edge;
-    (a.0, b.0, critical.birth, critical.death)
 }
 
 /// The view of the core that shows a cut.
@@ -180,16 +109,38 @@ pub fn wire_window(window: Window) -> wire::Window {
     }
 }
 
-/// Options for the core.
+/// A metric for the core.
+pub fn metric(metric: wire::Metric) -> Metric {
+    match metric {
+        wire::Metric::Euclidean => Metric::Euclidean,
+        wire::Metric::Manhattan => Metric::Manhattan,
+        wire::Metric::Chebyshev => Metric::Chebyshev,
+        wire::Metric::Angular => Metric::Angular,
+        wire::Metric::Haversine => Metric::Haversine,
+    }
+}
+
+/// A metric for the wire.
+pub fn wire_metric(metric: Metric) -> wire::Metric {
+    match metric {
+        Metric::Euclidean => wire::Metric::Euclidean,
+        Metric::Manhattan => wire::Metric::Manhattan,
+        Metric::Chebyshev => wire::Metric::Chebyshev,
+        Metric::Angular => wire::Metric::Angular,
+        Metric::Haversine => wire::Metric::Haversine,
+    }
+}
+
+/// The step of a grid for the core.
 ///
 /// # Errors
-/// What is wrong with them.
-pub fn options(of_window: Option<wire::Window>, resolution: Option<f64>) -> Result<PipelineOptions, &'static str> {
+/// What is wrong with it.
+pub fn resolution(resolution: Option<f64>) -> Result<Option<f64>, &'static str> {
     let is_step = |step: &f64| step.is_finite() && *step > 0.0;
     if resolution.as_ref().is_some_and(|step| !is_step(step)) {
         return Err("a resolution must be a finite number above 0");
     }
-    Ok(PipelineOptions { window: window(of_window.unwrap_or(wire::Window::All))?, resolution, space: None })
+    Ok(resolution)
 }
 
 /// Which of the protocol's reasons a refusal has.

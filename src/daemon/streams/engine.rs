@@ -307,8 +307,10 @@ impl Engine {
     fn output_frame(&mut self, rejected: u64, tracks: Option<Arc<TrackFrame>>) -> Option<OutputFrame> {
         let (output, follower) = self.output.as_mut()?;
         let step = follower.poll(&mut self.pipeline)?;
-        let diff = convert::diff(self.stream.state.number, output.view, &step, rejected);
-        Some(OutputFrame { diff, tracks })
+        let (number, shape) = (self.stream.state.number, self.stream.state.shape());
+        let frame = convert::frame_info(output.view, &step, rejected);
+        let diff = convert::diff((number, shape), step.from, frame, &step.diff, step.checksum.0);
+        Some(OutputFrame { stream: number, number: step.number, diff, tracks })
     }
 
     /// Hands a frame to the output. While its reader is behind, no points are taken, but consumers are served.

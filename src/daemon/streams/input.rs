@@ -40,6 +40,15 @@ impl Positions {
         }
     }
 
+    /// How many coordinates each has; none if there are no points.
+    pub fn dimension(&self) -> Option<u32> {
+        let dimension = match self {
+            Self::Plane(_) => 2,
+            Self::Space { dimension, .. } => *dimension as u32,
+        };
+        (!self.is_empty()).then_some(dimension)
+    }
+
     /// Whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.len() == 0

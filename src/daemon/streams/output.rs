@@ -18,8 +18,12 @@ use crate::daemon::locks::before_waiting;
 /// A frame of the output.
 #[derive(Debug)]
 pub struct OutputFrame {
-    /// What has changed in the view.
-    pub diff: wire::Diff,
+    /// The stream's number.
+    pub stream: u32,
+    /// The frame's number.
+    pub number: u64,
+    /// What has changed in the view: a diff of the plane, or of a space.
+    pub diff: wire::Message,
     /// What has happened to tracks, if they are followed.
     pub tracks: Option<Arc<TrackFrame>>,
 }

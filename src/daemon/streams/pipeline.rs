@@ -6,11 +6,12 @@
 //! waits of a source waits for the stream that it was made for.
 //! Must not know: queues, replies, connections.
 
+use hopes::topology::spaces::{Metric, SpaceError};
 use hopes::topology::{
     Admission, Contradiction, Coordinates, Follower, Options, Pipeline, PointError, Ranking, Refusal, Region,
-    SimplifiedFollower, SpaceOptions, SpacePipeline, Stage, Staging, Step, TrackId, TrackStep, Tracker, VertexId, Window,
+    SimplifiedFollower, SpaceOptions, SpacePipeline, Stage, Staging, Step, TrackId, TrackStep, Tracker, VertexId,
+    Window,
 };
-use hopes::topology::spaces::{Metric, SpaceError};
 
 use super::input::Point;
 
@@ -34,14 +35,17 @@ pub struct SpaceRule {
     pub dimension: Option<usize>,
     /// The most distinct points.
     pub max_vertices: usize,
-    /// Where the filtration ends, a radius.
-    pub threshold: Option<f64>,
 }
 
 impl SpaceRule {
+    /// The number of coordinates of a point, if it is known before the first one.
+    pub fn known_dimension(self) -> Option<usize> {
+        self.dimension.or((self.metric == Metric::Haversine).then_some(2))
+    }
+
     fn options(self, window: Window, resolution: Option<f64>) -> SpaceOptions {
-        let Self { metric, dimension, max_vertices, threshold } = self;
-        SpaceOptions { metric, dimension, window, resolution, max_vertices, threshold }
+        let Self { metric, dimension, max_vertices } = self;
+        SpaceOptions { metric, dimension, window, resolution, max_vertices, threshold: None }
     }
 }
 
@@ -98,6 +102,13 @@ impl AnyPipeline {
         either!(self, pipeline => pipeline.set_stage_listener(listener));
     }
 
+    /// Fixes the number of coordinates of a point, if it is not fixed.
+    pub fn fix_dimension(&mut self, dimension: u32) {
+        if let Self::Space(pipeline) = self {
+            pipeline.fix_dimension(dimension as usize);
+        }
+    }
+
     /// Adds a point with its event time.
     ///
     /// # Errors [`Refusal`].
@@ -121,12 +132,7 @@ impl AnyPipeline {
     /// Has a point of a source wait for the source's commit.
     ///
     /// # Errors [`Refusal`].
-    pub fn stage_point(
-        &mut self,
-        waiting: &mut Waiting,
-        point: Point,
-        time: Option<f64>,
-    ) -> Result<VertexId, Refusal> {
+    pub fn stage_point(&mut self, waiting: &mut Waiting, point: Point, time: Option<f64>) -> Result<VertexId, Refusal> {
         match (self, waiting) {
             (Self::Plane(pipeline), Waiting::Plane(staging)) => {
                 planar(point).and_then(|[x, y]| pipeline.stage_point(staging, x, y, time))

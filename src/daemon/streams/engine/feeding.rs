@@ -41,6 +41,7 @@ impl Engine {
     }
 
     fn insert(&mut self, batch: &Batch, origin: &Origin) -> Result<(), EngineError> {
+        self.settle_dimension(batch);
         let mut reply = BatchReply::new(batch);
         if self.waits(origin) {
             self.stage(&mut reply, batch, origin)?;
@@ -52,6 +53,13 @@ impl Engine {
         self.stream.state.stats.refused.fetch_add(reply.refused(), Ordering::Relaxed);
         send(reply, origin);
         Ok(())
+    }
+
+    /// The first points of a space have the dimension of all that follow.
+    fn settle_dimension(&mut self, batch: &Batch) {
+        if let (Some(space), Some(dimension)) = (&self.stream.state.space, batch.positions.dimension()) {
+            self.pipeline.fix_dimension(space.settle(dimension));
+        }
     }
 
     /// Has points wait for their commit, or for the end of a frame that closes by itself.

@@ -124,7 +124,12 @@ impl Uncommitted {
     }
 
     /// Feeds what a source has sent, for its commit with a time.
-    pub fn feed(&mut self, producer: Option<&Arc<dyn ReplySink>>, pipeline: &mut AnyPipeline, time: Option<f64>) -> Fed {
+    pub fn feed(
+        &mut self,
+        producer: Option<&Arc<dyn ReplySink>>,
+        pipeline: &mut AnyPipeline,
+        time: Option<f64>,
+    ) -> Fed {
         self.of(producer, pipeline).feed(pipeline, time)
     }
 

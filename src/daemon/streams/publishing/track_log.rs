@@ -53,17 +53,24 @@ impl TrackFrame {
     }
 
     /// All that are alive.
-    pub fn alive(&self) -> Vec<wire::Track> {
+    fn alive(&self) -> Vec<wire::Track> {
         self.living.iter().map(|living| living.track).collect()
+    }
+
+    /// What has happened since the frame before, with all that are alive if these are wanted.
+    pub fn changes(&self, stream: u32, with_alive: bool) -> wire::Message {
+        let alive = with_alive.then(|| self.alive());
+        let (from, frame, time) = (self.frame.saturating_sub(1), self.frame, self.time);
+        wire::Tracks { stream, from, frame, time, events: self.events.clone(), alive, cycles: Vec::new() }.into()
     }
 
     /// The message that follows the frame `from` in a recording. The first one, from 0, lists the living tracks in
     /// place of events.
-    pub fn message(&self, stream: u32, from: u64, with_alive: bool) -> wire::Tracks {
+    pub fn message(&self, stream: u32, from: u64, with_alive: bool) -> wire::Message {
         let is_first = from == 0;
         let events = if is_first { Vec::new() } else { self.events.clone() };
         let alive = (is_first || with_alive).then(|| self.alive());
-        wire::Tracks { stream, from, frame: self.frame, time: self.time, events, alive, cycles: Vec::new() }
+        wire::Tracks { stream, from, frame: self.frame, time: self.time, events, alive, cycles: Vec::new() }.into()
     }
 
     fn cycle_of(&self, id: u64) -> Option<&Arc<wire::TrackCycle>> {

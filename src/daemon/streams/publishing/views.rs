@@ -36,7 +36,8 @@ const KEPT: Duration = Duration::from_secs(60);
 /// Views without cursors that are kept at the most: each is computed in every frame.
 const MOST_IDLE: usize = 8;
 
-/// An estimate of the bytes that a vertex takes in a snapshot, with its edges, before and after it is encoded.
+/// An estimate of the bytes that a vertex takes in a snapshot, with its edges, before and after it is encoded; without
+/// its coordinates beyond the second.
 const SNAPSHOT_BYTES_OF_A_VERTEX: u64 = 100;
 
 /// What a consumer is told for which there is no room.
@@ -145,7 +146,8 @@ impl Watched {
         known.or_else(|| {
             let view = self.log.view;
             let step = ViewFollower::new(view).poll(pipeline)?;
-            let snapshot = convert::snapshot(stream.number, view, cause, &step, rejected);
+            let frame = convert::frame_info(view, &step, rejected);
+            let snapshot = convert::snapshot((stream.number, stream.shape()), cause, frame, &step);
             let message = encoded(snapshot, &stream.accounts.views)?;
             self.snapshots.push(Snapshot { frame: step.number, cause, message });
             self.snapshots.last().cloned()
@@ -161,7 +163,7 @@ pub struct Views {
     /// Cursors in a stream that has no frame yet.
     early: Vec<Arc<Cursor>>,
     /// The newest frame in the view of the last [`Request::SnapshotOnce`].
-    once: Option<Arc<Charged<wire::Snapshot>>>,
+    once: Option<Arc<Charged<wire::Message>>>,
     /// Views at the most.
     most: usize,
     /// Bytes of changes that each log keeps.
@@ -298,7 +300,13 @@ impl Views {
         }
     }
 
-    fn join(&mut self, cursor: &Arc<Cursor>, view: wire::View, resume: Option<wire::Resume>, pipeline: &mut AnyPipeline) {
+    fn join(
+        &mut self,
+        cursor: &Arc<Cursor>,
+        view: wire::View,
+        resume: Option<wire::Resume>,
+        pipeline: &mut AnyPipeline,
+    ) {
         self.stream.stats.consumers.fetch_add(1, Ordering::Relaxed);
         if !self.has_room_for(view, None) {
             return self.refuse(cursor, wire::ErrorCode::TooManyViews, &self.too_many_views());
@@ -417,7 +425,8 @@ impl Views {
     /// Whether there is room for another snapshot, and for computing its frame, if need be without what can be made
     /// again.
     fn makes_room_for_snapshot(&mut self, pipeline: &AnyPipeline) -> bool {
-        let of_snapshot = pipeline.vertex_count() as u64 * SNAPSHOT_BYTES_OF_A_VERTEX;
+        let of_coordinates = 2 * size_of::<f64>() as u64 * u64::from(self.stream.shape().dimension().saturating_sub(2));
+        let of_snapshot = pipeline.vertex_count() as u64 * (SNAPSHOT_BYTES_OF_A_VERTEX + of_coordinates);
         let needed = of_snapshot + pipeline.bytes_to_compute() as u64;
         if self.memory.has_no_room_for(needed) {
             self.relieve();
@@ -426,8 +435,9 @@ impl Views {
     }
 
     /// The newest frame without a cursor; none if there is none yet, or no room for it. No view is followed for it.
-    fn snapshot_once(&mut self, view: wire::View, pipeline: &mut AnyPipeline) -> Option<Arc<Charged<wire::Snapshot>>> {
-        if let Some(known) = self.once.as_ref().filter(|known| known.frame.view == view) {
+    fn snapshot_once(&mut self, view: wire::View, pipeline: &mut AnyPipeline) -> Option<Arc<Charged<wire::Message>>> {
+        let is_of_view = |known: &wire::Message| known.frame().is_some_and(|frame| frame.view == view);
+        if let Some(known) = self.once.as_ref().filter(|known| is_of_view(known)) {
             return Some(Arc::clone(known));
         }
         self.once = None;
@@ -435,8 +445,9 @@ impl Views {
             return None;
         }
         let step = ViewFollower::new(view).poll(pipeline)?;
-        let snapshot = convert::snapshot(self.stream.number, view, wire::Cause::Start, &step, self.rejected);
-        let bytes = convert::snapshot_size(&snapshot.frame) as usize;
+        let (frame, shape) = (convert::frame_info(view, &step, self.rejected), self.stream.shape());
+        let bytes = convert::snapshot_size(&frame, shape) as usize;
+        let snapshot = convert::snapshot((self.stream.number, shape), wire::Cause::Start, frame, &step);
         self.once = Some(Arc::new(Charged::new(snapshot, bytes, &self.stream.accounts.views)));
         self.once.clone()
     }
@@ -452,7 +463,8 @@ impl Views {
         if published.dots().is_some_and(|dots| dots.frame == pipeline.committed() && dots.has_top(most)) {
             return;
         }
-        published.set_dots(Some(PublishedDots::new(&pipeline.poll_dots(most), &self.stream.accounts.views)));
+        let (shape, ranking) = (self.stream.shape(), pipeline.poll_dots(most));
+        published.set_dots(Some(PublishedDots::new(shape, &ranking, &self.stream.accounts.views)));
         self.wake_all();
     }
 
@@ -462,8 +474,8 @@ impl Views {
 }
 
 fn entry(stream: &StreamState, view: wire::View, step: Step, rejected: u64) -> Option<LogEntry> {
-    let message = convert::diff(stream.number, view, &step, rejected);
-    let (from, info, checksum) = (message.from, message.frame.clone(), message.checksum);
+    let (info, from, checksum) = (convert::frame_info(view, &step, rejected), step.from, step.checksum.0);
+    let message = convert::diff((stream.number, stream.shape()), from, info.clone(), &step.diff, checksum);
     let account = &stream.accounts.views;
     let message = encoded(message, account)?;
     Some(LogEntry::new(from, info, step.diff, checksum, message, account))

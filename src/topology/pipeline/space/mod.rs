@@ -128,6 +128,13 @@ impl SpacePipeline {
         self.dimension
     }
 
+    /// Fixes the number of coordinates before the first point comes. Where it is fixed already, nothing happens.
+    pub fn fix_dimension(&mut self, dimension: usize) {
+        if self.metric.check_dimension(dimension).is_ok() {
+            self.dimension.get_or_insert(dimension);
+        }
+    }
+
     /// Makes room for this number of further points. It saves work later and has no other effect.
     pub fn reserve(&mut self, points: usize) {
         self.cloud.reserve(points.min(self.most));
