@@ -66,11 +66,14 @@ class WithoutGraphicsCard(BrowserTest):
         turned = self.see_still(page)
         self.assertGreater(self.pictures.difference(start, turned), 500, "dragging does not turn")
         self.assertEqual([round(side, 6) for side in self.state(page)["picture"]["box"]], [round(s, 6) for s in box])
-        page.locator("#plane").press("ArrowLeft")
-        self.assertGreater(self.pictures.difference(turned, self.see_still(page)), 300, "an arrow does not turn")
         page.locator("#plane").dblclick()
         page.mouse.move(1, 1)
         self.assertLess(self.pictures.difference(start, self.see_still(page)), 60, "a double click does not turn back")
+        # The first key also draws the frame of what has the focus.
+        page.locator("#plane").press("ArrowLeft")
+        before = self.see_still(page)
+        page.locator("#plane").press("ArrowLeft")
+        self.assertGreater(self.pictures.difference(before, self.see_still(page)), 300, "an arrow does not turn")
 
     def test_shift_and_the_right_button_move(self) -> None:
         _, page = self.open_page(3, 0)
