@@ -48,6 +48,8 @@ class WithoutGraphicsCard(BrowserTest):
         _, page = self.open_page(3, 0)
         self.assertEqual(page.inner_text("#space"), "R^3, euclidean")
         self.assertEqual(page.locator("#stream option").all_inner_texts(), ["scan (R^3)"])
+        legend = page.locator("#plane-legend li").filter(visible=True).all_inner_texts()
+        self.assertEqual(legend, ["point", "tree edge", "critical edge", "cycle of a track"])
         state = self.state(page)
         self.assertEqual((state["points"], state["vertices"]), (POINTS, POINTS))
         self.assertGreaterEqual(state["critical"], 2)

@@ -49,24 +49,27 @@ export class PrincipalAxes {
   /** Follows the cloud. Returns the axes. @param {Sample} sample */
   update(sample) {
     const { axes: before, width } = this;
-    const multiply = operatorOf(sample, width);
+    const { multiply, work } = operatorOf(sample, width);
     const limits = before ? LATER : FIRST;
-    const steps = Math.floor(limits.work / multiply.work(this.count));
+    const steps = Math.floor(limits.work / work(this.count));
     this.directions ??= startingRows(this.count, width);
     this.isOther = false;
     for (let i = 0; i < Math.max(1, Math.min(limits.steps, steps)); i++) this.step(multiply, before !== null);
     if (!before) this.sort(multiply);
-    let axes = this.directions.slice(0, 3 * width);
-    if (!before) fixSigns(axes, width);
-    else {
-      axes = alignedTo(before, axes, width);
-      const share = sample.isWhole ? 1 : OF_SAMPLE;
-      const most = this.isOther ? 1 : MOST_TURN / turnBetween(before, axes);
-      if (Math.min(share, most) < 1) axes = between(before, axes, Math.min(share, most), width);
-    }
-    this.directions.set(axes);
-    this.axes = axes;
-    return axes;
+    const found = this.directions.slice(0, 3 * width);
+    if (before) this.axes = this.nearTo(before, found, sample.isWhole);
+    else this.axes = withSigns(found, width);
+    this.directions.set(this.axes);
+    return this.axes;
+  }
+
+  /** Axes turned onto those before, and no farther from them than one frame allows. */
+  nearTo(before, found, isWhole) {
+    const { width } = this;
+    const axes = alignedTo(before, found, width);
+    const most = this.isOther ? 1 : MOST_TURN / turnBetween(before, axes);
+    const share = Math.min(most, isWhole ? 1 : OF_SAMPLE);
+    return share < 1 ? between(before, axes, share, width) : axes;
   }
 
   /** A step of the orthogonal iteration. */
@@ -129,7 +132,7 @@ function startingRows(count, width) {
 }
 
 /** The axes turned and reflected onto others, as near as they come. */
-export function alignedTo(before, axes, width) {
+function alignedTo(before, axes, width) {
   const products = new Float64Array(9);
   for (let i = 0; i < 9; i++) products[i] = dot(before, axes, Math.floor(i / 3), i % 3, width);
   const aligned = combined(nearestOrthogonal(products), axes, 3, width);
@@ -155,28 +158,29 @@ function between(before, axes, share, width) {
   return mixed;
 }
 
-/** Makes the largest loading of each axis positive; of equal ones, the first. */
-function fixSigns(axes, width) {
+/** The axes, the largest loading of each positive; of equal ones, the first. */
+function withSigns(axes, width) {
   for (let from = 0; from < axes.length; from += width) {
     const axis = axes.subarray(from, from + width);
     const largest = axis.reduce((most, loading) => Math.max(most, Math.abs(loading)), 0);
     const deciding = axis.find((loading) => Math.abs(loading) >= (1 - EQUAL) * largest);
     if (deciding < 0) for (let at = 0; at < width; at++) axis[at] = -axis[at];
   }
+  return axes;
 }
 
 /**
- * The product of the covariance with rows, as a function. Its `work` is the number of multiplications for so many rows.
+ * The covariance as an operator: `multiply` gives the images of rows, and `work` the number of multiplications for so
+ * many of them.
  * @param {Sample} sample
  */
 function operatorOf(sample, width) {
-  const isMatrix = width <= MAX_MATRIX;
-  const matrix = isMatrix ? covarianceOf(sample, width) : null;
-  const multiply = isMatrix
-    ? (rows, count) => byMatrix(matrix, rows, count, width)
-    : (rows, count) => bySample(sample, rows, count, width);
-  multiply.work = (count) => Math.max(1, count * width * (isMatrix ? width : 2 * sample.count));
-  return multiply;
+  const workOf = (rowsOfOperator) => (count) => Math.max(1, count * width * rowsOfOperator);
+  if (width > MAX_MATRIX) {
+    return { multiply: (rows, count) => bySample(sample, rows, count, width), work: workOf(2 * sample.count) };
+  }
+  const matrix = covarianceOf(sample, width);
+  return { multiply: (rows, count) => byMatrix(matrix, rows, count, width), work: workOf(width) };
 }
 
 function covarianceOf({ rows, count }, width) {

@@ -74,7 +74,10 @@ export class ProjectedVertices {
   }
 }
 
-/** The box of a ball around all places; of points on a line, one that is as long as they are. */
+/**
+ * The box of a ball around all places; of points on a line, one that is as long as they are.
+ * @returns {[number, number, number, number] | null}
+ */
 function boxOf({ center, radius }, orientation, dimension) {
   const [x, y] = [orientation.component(0, center), orientation.component(1, center)];
   if (dimension === 2) return null;
