@@ -27,7 +27,11 @@ fn batch(sequence: u64, dimension: u32, coordinates: &[f64]) -> SpaceBatch {
 }
 
 fn cloud(random: &mut Random, dimension: usize, count: usize) -> Vec<f64> {
-    points(random, (count * dimension).div_ceil(2)).into_iter().flat_map(|(x, y)| [x, y]).take(count * dimension).collect()
+    points(random, (count * dimension).div_ceil(2))
+        .into_iter()
+        .flat_map(|(x, y)| [x, y])
+        .take(count * dimension)
+        .collect()
 }
 
 /// Sends points and a commit, which are accepted.
@@ -81,15 +85,16 @@ fn consumers_receive_what_the_library_computes() {
         let known = (metric == Metric::Haversine).then_some(2);
         assert_eq!((made.metric, made.dimension, made.max_vertices), (metric, known, 4096));
         assert!(made.opened.created);
-        let mut consumers: Vec<(Client, SpaceMirror, ViewSpec)> = [(FULL, ViewSpec::Full), (DERIVED, ViewSpec::default())]
-            .map(|(view, spec)| {
-                let mut client = daemon.client();
-                let dots = DotsWanted::Top(5);
-                client.send(1, Subscribe { dots, ..subscribe(name, view) });
-                assert!(matches!(client.receive_on(1), Message::StreamOpened(_)));
-                (client, SpaceMirror::default(), spec)
-            })
-            .into();
+        let mut consumers: Vec<(Client, SpaceMirror, ViewSpec)> =
+            [(FULL, ViewSpec::Full), (DERIVED, ViewSpec::default())]
+                .map(|(view, spec)| {
+                    let mut client = daemon.client();
+                    let dots = DotsWanted::Top(5);
+                    client.send(1, Subscribe { dots, ..subscribe(name, view) });
+                    assert!(matches!(client.receive_on(1), Message::StreamOpened(_)));
+                    (client, SpaceMirror::default(), spec)
+                })
+                .into();
         let options = SpaceOptions {
             metric: of_core,
             window: topology::Window::Points(NonZeroU64::new(60).unwrap()),
@@ -141,9 +146,10 @@ fn retracted_points_leave_and_the_rest_is_refused_with_its_reason() {
     frame(&mut client, 1, 3, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
     client.send(1, SpaceRetract { sequence: 3, dimension: 3, coordinates: vec![1.0, 1.0, 0.0, 9.0, 9.0, 9.0] });
     let Message::Refused(refused) = client.receive_on(1) else { panic!("one of them is not there") };
-    assert_eq!(refused.reasons.iter().map(|refusal| (refusal.index, refusal.code)).collect::<Vec<_>>(), [
-        (1, RefusalCode::NotThere as u16)
-    ]);
+    assert_eq!(
+        refused.reasons.iter().map(|refusal| (refusal.index, refusal.code)).collect::<Vec<_>>(),
+        [(1, RefusalCode::NotThere as u16)]
+    );
     let coordinates = [f64::NAN, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0, f64::INFINITY, 0.0, 3.0, 0.0, 0.0];
     client.send(1, batch(4, 3, &coordinates));
     let Message::Refused(refused) = client.receive_on(1) else { panic!("two of them cannot be") };
@@ -162,7 +168,8 @@ fn retracted_points_leave_and_the_rest_is_refused_with_its_reason() {
 #[test]
 fn messages_that_do_not_fit_a_stream_are_answered_and_the_channel_stays_open() {
     let daemon = Daemon::start("--stream plane --stream space:metric=manhattan,dimension=3,window=points:9");
-    let (bad, other, unreadable) = (ErrorCode::BadOptions as u16, ErrorCode::OtherSpace as u16, ErrorCode::Unreadable as u16);
+    let (bad, other, unreadable) =
+        (ErrorCode::BadOptions as u16, ErrorCode::OtherSpace as u16, ErrorCode::Unreadable as u16);
     let mut client = daemon.client();
     assert_eq!(client.is_refused(1, open("space")), other);
     assert_eq!(client.is_refused(1, open_space("plane")), other);
@@ -182,7 +189,10 @@ fn messages_that_do_not_fit_a_stream_are_answered_and_the_channel_stays_open() {
     let there = opened(&mut client, 1, open_space("space"));
     assert_eq!((there.metric, there.dimension, there.opened.created), (Metric::Manhattan, Some(3), false));
     assert_eq!(there.opened.window, Window::Points(9));
-    assert_eq!(client.is_refused(1, Batch { sequence: 1, points: vec![(0.0, 0.0)], times: vec![], tags: vec![] }), other);
+    assert_eq!(
+        client.is_refused(1, Batch { sequence: 1, points: vec![(0.0, 0.0)], times: vec![], tags: vec![] }),
+        other
+    );
     assert_eq!(client.is_refused(1, Retract { sequence: 1, points: vec![(0.0, 0.0)] }), other);
     assert_eq!(client.is_refused(1, batch(1, 3, &[0.0; 4])), unreadable);
     assert_eq!(client.is_refused(1, batch(1, 2, &[0.0; 4])), bad);

@@ -40,9 +40,10 @@ fn a_square_in_space_is_a_cycle_whose_vertices_have_three_coordinates() {
     let frames = served("--metric euclidean --check", input);
     assert_eq!(frames.len(), 2);
     let first = &frames[0];
-    assert_eq!(first["vertices"]["add"], serde_json::json!([
-        [0, 0.0, 0.0, 5.0], [1, 1.0, 0.0, 5.0], [2, 1.0, 1.0, 5.0], [3, 0.0, 1.0, 5.0]
-    ]));
+    assert_eq!(
+        first["vertices"]["add"],
+        serde_json::json!([[0, 0.0, 0.0, 5.0], [1, 1.0, 0.0, 5.0], [2, 1.0, 1.0, 5.0], [3, 0.0, 1.0, 5.0]])
+    );
     assert_eq!(first["critical"]["set"].as_array().unwrap().len(), 1);
     let dot = &first["critical"]["set"][0];
     // In the plane the hole of a square is filled at half its diagonal, too.
@@ -80,12 +81,12 @@ fn windows_keep_the_newest_points_and_each_frame_is_that_of_a_file() {
 fn what_is_no_point_of_the_space_is_counted_and_told_with_its_line() {
     let input = "1,2,3\nnan,0,0\n1,2\n4,5,6\n1,2,3,4\n1,x,3\n1,inf,1\n1e200,0,0\n7,8,9\n";
     let finished = hopes("serve --metric euclidean").reads(input);
-    for words in ["line 2", "line 3", "line 5", "line 6", "line 7", "line 8", "2 coordinates", "4 coordinates"] {
+    for words in ["line 2", "line 3", "line 5", "line 6", "line 7", "line 8", "2 coordinate(s)", "4 coordinate(s)"] {
         assert!(finished.err.contains(words), "{words}: {}", finished.err);
     }
     let frames = lines(&finished.text());
     assert_eq!((frames[0]["points"].as_u64(), frames[0]["rejected"].as_u64()), (Some(3), Some(6)));
-    hopes("serve --metric euclidean --strict").reads("1,2,3\n1,2\n").fails(3, &["line 2", "2 coordinates"]);
+    hopes("serve --metric euclidean --strict").reads("1,2,3\n1,2\n").fails(3, &["line 2", "2 coordinate(s)"]);
     let latitudes = hopes("serve --metric haversine").reads("lon,lat\n10,95\n10,50\n11,50\n");
     assert!(latitudes.err.contains("latitude"), "{}", latitudes.err);
     assert_eq!(lines(&latitudes.text())[0]["points"], 2);
@@ -124,7 +125,7 @@ fn options_that_contradict_each_other_are_wrong_usage() {
         ("serve --metric euclidean --columns 0", "--columns"),
         ("serve --listen unix:x --stream a:dimension=3", "metric=euclidean"),
         ("serve --listen unix:x --stream a:metric=matrix", "no metric of points"),
-        ("serve --listen unix:x --stream a:metric=haversine,dimension=3", "2"),
+        ("serve --listen unix:x --stream a:metric=haversine,dimension=3", "haversine takes two"),
         ("serve --listen unix:x --stream a:metric=euclidean,dimension=5000", "4096"),
         ("feed - --metric matrix", "hopes compute"),
     ] {

@@ -27,7 +27,8 @@ fn a_stream_is_fed_watched_recorded_and_played_again() {
     let bytes = std::fs::read(&file).unwrap();
     assert_eq!(Banner::decode(&bytes).unwrap().lowest, SPACE_FILE_VERSION);
     let played = hopes("replay --fast --output jsonl").with(&file).runs().text();
-    let frames: String = watched.lines().filter(|line| !line.contains("\"dots\"")).map(|line| line.to_owned() + "\n").collect();
+    let frames: String =
+        watched.lines().filter(|line| !line.contains("\"dots\"")).map(|line| line.to_owned() + "\n").collect();
     assert_eq!(played, frames);
     daemon.stop();
 }
