@@ -35,7 +35,7 @@ use crate::formats::points::{Form, Origin, PointSource};
   hopes feed edges.jsonl --input jsonl --stream camera
   sensor | hopes feed - --to unix:/tmp/hopes.sock --stream sensor --window points:10000
   hopes feed edges.jsonl --input jsonl --to tcp:127.0.0.1:7878 --stream camera --rate 25 --loop
-  hopes feed cloud.csv --metric euclidean --to unix:/tmp/hopes.sock --stream space --window points:2000
+  hopes feed cloud.csv --metric euclidean --to unix:/tmp/hopes.sock --stream space
   hopes feed points.hopes --input bin --to unix:/tmp/hopes.sock --stream scene")]
 pub struct Feed {
     /// File of points; - for stdin.
@@ -57,8 +57,8 @@ pub struct Feed {
     #[arg(long, value_enum, default_value_t)]
     input: InputFormat,
     /// Columns of a table, by number from 1 or by name in the header; a third one is the event time [default: what the
-    /// header calls x and y, or lon and lat, and if the stream's window is time:T also t or time; else 1,2; with --metric
-    /// all].
+    /// header calls x and y, or lon and lat, and if the stream's window is time:T also t or time; else 1,2; with
+    /// --metric all].
     #[arg(long, value_name = "X,Y[,T]")]
     columns: Option<String>,
     #[command(flatten)]

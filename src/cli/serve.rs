@@ -123,7 +123,7 @@ const EXAMPLES: &str = "Examples:
   sensor | hopes serve --window points:10000 --frame-points 1000
   camera-edges | hopes serve --input jsonl --window frames:1 | jq -c '[.frame, .view.cycles]'
   lidar3d | hopes serve --metric euclidean --columns x,y,z --window points:2000 --frame-points 100
-  microphone | hopes serve --embed 8:5 --window points:800 --frame-points 40   a series: what repeats is a cycle
+  microphone | hopes serve --embed 8:5 --window points:800 --frame-points 40
   camera-edges | hopes serve --input jsonl --window frames:1 --track view | jq -c .tracks
   tail -n +1 -f log.csv |
     hopes serve --columns lon,lat,unix --project --window time:60 --frame-every 100ms

@@ -1,10 +1,10 @@
 //! Streams of points in R^d: what producers may send, what consumers receive, compared with the library on the same
 //! points, and what clients of older versions are told.
 
-use std::num::NonZeroU64;
+use std::num::{NonZeroU32, NonZeroU64};
 
 use hopes::topology::spaces::Metric as OfCore;
-use hopes::topology::{self, SpaceOptions, SpacePipeline, ViewSpec};
+use hopes::topology::{self, SpaceOptions, SpacePipeline, SpaceTracker, TrackOptions, TrackRule, ViewSpec};
 use hopes_protocol::*;
 
 use crate::common::client::Client;
@@ -314,4 +314,64 @@ fn older_clients_are_told_why_they_cannot_follow() {
 
 fn opened_later(client: &mut Client) {
     assert!(opened(client, 1, open_space("later")).opened.created);
+}
+
+/// A ring in R^3 whose centre moves along the third axis, with points at other places in every frame.
+fn ring(random: &mut Random, frame: u64) -> Vec<f64> {
+    let point = |number: u32| {
+        let [x, y] = random.point();
+        let angle = (f64::from(number) + 0.3 * x) / 40.0 * std::f64::consts::TAU;
+        let radius = 2.0 + 0.05 * y;
+        [radius * angle.cos(), radius * angle.sin(), 0.1 * frame as f64]
+    };
+    (0..40).map(point).collect::<Vec<_>>().concat()
+}
+
+#[test]
+fn tracks_of_a_space_are_those_of_the_library() {
+    let daemon = Daemon::start("--track top:1 --track-confirm 2 --track-miss 2");
+    let (mut producer, mut consumer) = (daemon.client(), daemon.client());
+    let window = Some(Window::Frames(1));
+    opened(&mut producer, 1, OpenSpace { window, ..open_space("s") });
+    consumer.send(1, subscribe("s", DERIVED));
+    consumer.send(1, WantTracks { tracks: TracksWanted::Cycles });
+    assert!(matches!(consumer.receive_on(1), Message::StreamOpened(_)));
+    let window = topology::Window::Frames(NonZeroU64::MIN);
+    let mut pipeline = SpacePipeline::new(SpaceOptions { window, ..SpaceOptions::default() }).unwrap();
+    let mut options = TrackOptions::new(TrackRule::Top(NonZeroU32::MIN));
+    (options.confirm, options.miss) = (NonZeroU32::new(2).unwrap(), NonZeroU32::new(2).unwrap());
+    let mut tracker = SpaceTracker::new(options);
+    let (mut random, mut mirror, mut tracks) = (Random::new(5), SpaceMirror::default(), SpaceTrackMirror::default());
+    let mut kinds = Vec::new();
+    for number in 1..=8 {
+        // The ring is gone in the last frames.
+        let coordinates = if number <= 5 { ring(&mut random, number) } else { vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0] };
+        for point in coordinates.chunks_exact(3) {
+            pipeline.feed_point(point, None).unwrap();
+        }
+        pipeline.commit(None);
+        let step = pipeline.poll_tracks(&mut tracker).expect("there is a new frame");
+        frame(&mut producer, 2 * number, 3, &coordinates);
+        follow(&mut mirror, &consumer.receive_on(1));
+        let Message::SpaceTracks(message) = consumer.receive_on(1) else { panic!("tracks are due") };
+        tracks.apply(&message).unwrap();
+        let alive: Vec<(u64, f64, Vec<f64>, f64)> =
+            step.alive.iter().map(|track| (track.id.0, track.birth, track.center.clone(), track.radius)).collect();
+        let held: Vec<(u64, f64, Vec<f64>, f64)> =
+            tracks.alive().values().map(|track| (track.id, track.birth, track.center.clone(), track.radius)).collect();
+        assert_eq!(held, alive, "frame {number}");
+        if number > 1 {
+            assert_eq!(message.events.len(), step.events.len());
+            kinds.extend(message.events.iter().map(|event| event.happening));
+        }
+        for (id, cycle) in pipeline.track_cycles(&tracker) {
+            let walk: Vec<u64> = cycle.iter().map(|vertex| vertex.0).collect();
+            assert_eq!(tracks.cycles()[&id.0], [walk.clone()]);
+            assert!(walk.len() > 10 && walk.iter().all(|vertex| mirror.vertices().contains_key(vertex)));
+        }
+    }
+    let [Happening::Born, rest @ .., Happening::Died] = &kinds[..] else { panic!("{kinds:?}") };
+    assert!(rest.iter().all(|kind| matches!(kind, Happening::Updated(_))), "one ring is one track: {kinds:?}");
+    assert!(rest.len() >= 2, "it moves");
+    daemon.stop();
 }

@@ -155,3 +155,22 @@ fn bytes_of_the_protocol_are_read_and_written() {
     assert_eq!(hopes("replay - --fast --output jsonl").reads(&again).text(), played);
     assert!(hopes("replay - --fast").reads(&recording).text().contains("points 4"));
 }
+
+#[test]
+fn tracks_have_centres_of_as_many_coordinates_as_points() {
+    let frames: String = (0..6).map(|_| ring(3, 60, 61) + "\n").collect();
+    let output = hopes("serve --metric euclidean --window frames:1 --track top:1 --track-list").reads(frames).text();
+    let last = lines(&output).pop().unwrap();
+    let alive = last["alive"][0].as_array().unwrap();
+    assert_eq!(alive.len(), 1 + 3 + 3, "an id, a centre, radius, birth and death");
+    let born = lines(&output).into_iter().find(|line| line["tracks"][0]["event"] == "born").expect("a ring is there");
+    let track = &born["tracks"][0];
+    assert_eq!((track["center"].as_array().unwrap().len(), track["velocity"].as_array().unwrap().len()), (3, 3));
+    assert!(track["area"].is_null() && track["radius"].as_f64().unwrap() > 0.9, "{track}");
+    let table = hopes("tracks -").reads(&output).text();
+    assert!(table.lines().next().unwrap().contains(" z"), "{table}");
+    let csv = hopes("tracks - --format csv").reads(&output).text();
+    assert!(csv.starts_with("stream,id,") && csv.contains(",birth,death,x,y,z,radius\n"), "{csv}");
+    let json = hopes("tracks - --format json").reads(&output).text();
+    assert!(json.contains("\"center\":["), "{json}");
+}

@@ -22,7 +22,7 @@ fn a_stream_is_fed_watched_recorded_and_played_again() {
     assert!(fed.err.contains("8 points accepted, 0 refused"), "{}", fed.err);
     fed.out();
     let watched = watch.finish().text();
-    assert!(watched.contains("[0,0.0,0.0,5.0]") && watched.contains("\"death_edge\":[0,2]"), "{watched}");
+    assert!(watched.contains("[0,0.0,0.0,5.0]") && watched.contains("\"death_edge\":[4,6]"), "{watched}");
     record.finish().out();
     let bytes = std::fs::read(&file).unwrap();
     assert_eq!(Banner::decode(&bytes).unwrap().lowest, SPACE_FILE_VERSION);
