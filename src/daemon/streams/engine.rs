@@ -181,7 +181,7 @@ impl Engine {
     fn work(&mut self) -> Result<(), EngineError> {
         let ticks = self.settings.frame_every.map_or_else(never, tick);
         while !self.is_over {
-            let resting = self.serve_requests();
+            let resting = self.serve_requests(true);
             if ticks.try_recv().is_ok() {
                 self.close_by_itself()?;
             }
@@ -227,14 +227,14 @@ impl Engine {
         }
     }
 
-    /// Serves consumers, within the share of time that they have while points wait. Returns when to come back for those
-    /// that have to rest.
-    fn serve_requests(&mut self) -> Option<Instant> {
+    /// Serves consumers, within the share of time that they have while points wait that could be taken. Returns when to
+    /// come back for those that have to rest.
+    fn serve_requests(&mut self, takes_points: bool) -> Option<Instant> {
         if self.stream.takes_relief() {
             self.views.relieve();
         }
         loop {
-            if self.stream.queue.is_empty() {
+            if !takes_points || self.stream.queue.is_empty() {
                 self.share.reset();
             } else if self.share.is_spent() {
                 return None;
@@ -318,7 +318,8 @@ impl Engine {
         let Some((output, _)) = &self.output else { return };
         let (is_vital, output) = (output.is_vital, output.clone());
         loop {
-            let resting = self.serve_requests();
+            // No point is taken meanwhile, so no point waits for a consumer.
+            let resting = self.serve_requests(false);
             match output.send(frame, &self.wakes, resting, self.stream.end_by()) {
                 Sent::Taken => return,
                 Sent::NotYet(waiting) => frame = *waiting,
