@@ -35,6 +35,7 @@ use crate::formats::points::{Form, Origin, PointSource};
   hopes feed edges.jsonl --input jsonl --stream camera
   sensor | hopes feed - --to unix:/tmp/hopes.sock --stream sensor --window points:10000
   hopes feed edges.jsonl --input jsonl --to tcp:127.0.0.1:7878 --stream camera --rate 25 --loop
+  hopes feed cloud.csv --metric euclidean --to unix:/tmp/hopes.sock --stream space --window points:2000
   hopes feed points.hopes --input bin --to unix:/tmp/hopes.sock --stream scene")]
 pub struct Feed {
     /// File of points; - for stdin.

@@ -122,6 +122,8 @@ struct PageArgs {
 const EXAMPLES: &str = "Examples:
   sensor | hopes serve --window points:10000 --frame-points 1000
   camera-edges | hopes serve --input jsonl --window frames:1 | jq -c '[.frame, .view.cycles]'
+  lidar3d | hopes serve --metric euclidean --columns x,y,z --window points:2000 --frame-points 100
+  microphone | hopes serve --embed 8:5 --window points:800 --frame-points 40   a series: what repeats is a cycle
   camera-edges | hopes serve --input jsonl --window frames:1 --track view | jq -c .tracks
   tail -n +1 -f log.csv |
     hopes serve --columns lon,lat,unix --project --window time:60 --frame-every 100ms
@@ -135,6 +137,9 @@ frame by frame. A slow reader of stdout slows the producer: nothing is dropped, 
 bounded. A slow consumer on a socket slows no other. A stream that no consumer follows costs only
 taking its points in. A simplified view costs a pass over the skeleton in every frame.
 
+With --metric, each frame is computed anew, in memory that stays: at 1,000 points it takes 7 to 30 ms,
+at 2,000 four times as long. Keep windows small: --max-vertices is 4096 unless you say more.
+
 Ctrl-C and SIGTERM finish and send what has come, then end with exit code 0; a second one ends at
 once. A closed pipe is not an error.";
 
@@ -146,7 +151,7 @@ const KEYS: &str = "Keys of a JSON line:
   points    how many distinct positions
   rejected  lines and points since the frame before that could not be used
   view      kind, k, l, ds, vs (or alpha), components, cycles
-  vertices  add [[id,x,y]], del [id]: all of the cloud
+  vertices  add [[id,x,y]], del [id]: all of the cloud; with --metric [id,x1,...,xd]
   edges     add [[a,b]], del [[a,b]]: the view's tree edges, smaller id first
   critical  set [[a,b,birth,death]], del [[a,b]]
   checksum  of all that a consumer then holds, 16 hexadecimal digits (protocol/SPEC.md)

@@ -90,6 +90,13 @@ pub struct Subscription {
     pub reconnect: bool,
 }
 
+impl Subscription {
+    /// Whether streams of several names may match.
+    pub fn has_many(&self) -> bool {
+        self.pattern.contains('*')
+    }
+}
+
 /// How following ended in good order.
 #[derive(Debug)]
 pub struct Followed {
@@ -231,7 +238,7 @@ impl<S: MessageSink> Following<'_, S> {
         let Subscription { ref pattern, view, dots, tracks, .. } = *self.wanted;
         // 0 is the connection itself.
         self.channel = self.channel.checked_add(1).unwrap_or(1);
-        let resume = if resumes && !pattern.contains('*') { self.mirrors.resume(pattern) } else { None };
+        let resume = if resumes && !self.wanted.has_many() { self.mirrors.resume(pattern) } else { None };
         self.asks = Some(Instant::now() + ABSENT);
         sending.send(self.channel, Subscribe { pattern: pattern.clone(), view, dots, resume })?;
         match tracks {
@@ -357,7 +364,7 @@ impl<S: MessageSink> Following<'_, S> {
 
     fn leaves_out_one(&self, report: &Report) -> bool {
         let codes = [ErrorCode::TooManyViews, ErrorCode::NeedsVersion].map(|code| code as u16);
-        codes.contains(&report.code) && self.wanted.pattern.contains('*')
+        codes.contains(&report.code) && self.wanted.has_many()
     }
 
     fn refused(&self, report: &Report) -> FollowError {

@@ -99,7 +99,7 @@ impl<W: Write> FrameWriter<W> {
         self.put(CHANNEL, &diff)?;
         if let Some(tracks) = tracks {
             self.put(CHANNEL, &tracks.message(stream, self.recorded, self.lists_tracks))?;
-            self.recorded = tracks.frame;
+            self.recorded = tracks.frame();
         }
         Ok(())
     }

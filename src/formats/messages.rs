@@ -58,6 +58,13 @@ impl<W: Write> MessageWriter<W> {
         }
     }
 
+    /// Streams of the plane and in spaces may come: a recording must have both.
+    pub fn set_mixed(&mut self) {
+        if let Self::Bin(recording) = self {
+            recording.set_mixed();
+        }
+    }
+
     /// Writes a message about the stream of that name, which came so long after the first message.
     pub fn write(&mut self, name: &str, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
         match self {

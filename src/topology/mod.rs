@@ -123,7 +123,10 @@ pub use skeleton::{
     Critical, Cycles, Dot, Edge, EdgeId, Filtration, Gap, Hole, Killer, Margins, Positions, RankedDot, Ranking,
     Selection, ShortestCycles, Simplified, Skeleton, View, ViewSpec, diagonal_gaps, select, simplify, vertical_gaps,
 };
-pub use tracks::{Changed, EventKind, Track, TrackEvent, TrackId, TrackOptions, TrackRule, TrackStep};
+pub use tracks::{
+    Changed, EventKind, SpaceTrack, SpaceTrackEvent, SpaceTrackStep, SpaceTracker, Track, TrackEvent, TrackId,
+    TrackOptions, TrackRule, TrackStep,
+};
 
 /// Finite metric spaces, of which [`Skeleton::of_space`] makes skeletons.
 pub mod spaces {

@@ -7,39 +7,16 @@
 //! Must not know: bytes, threads.
 
 mod frames;
+mod tracks;
 
 use std::num::{NonZeroU32, NonZeroU64};
 
 use hopes::topology::spaces::Metric;
-use hopes::topology::{EventKind, Refusal, Track, TrackEvent, ViewSpec, Window};
+use hopes::topology::{Refusal, ViewSpec, Window};
 use hopes_protocol as wire;
 
 pub use self::frames::{Dots, Shape, diff, frame_info, snapshot, snapshot_size};
-
-/// A track as it was last seen.
-pub fn track(track: &Track) -> wire::Track {
-    let &Track { id, age, birth, death, hole, area, velocity, is_selected } = track;
-    let (center, velocity) = (hole.center.into(), velocity.into());
-    wire::Track { id: id.0, age, birth, death, center, radius: hole.radius, area, velocity, selected: is_selected }
-}
-
-/// What has happened to a track.
-pub fn track_event(event: &TrackEvent) -> wire::TrackEvent {
-    let happening = match event.kind {
-        EventKind::Born => wire::Happening::Born,
-        EventKind::Split { from } => wire::Happening::Split(from.0),
-        EventKind::Updated(changed) => {
-            let hopes::topology::Changed { center, birth, death } = changed;
-            wire::Happening::Updated(wire::TrackChanges { center, birth, death })
-        }
-        EventKind::Unselected => wire::Happening::Unselected,
-        EventKind::Reselected => wire::Happening::Reselected,
-        EventKind::Merged { into } => wire::Happening::Merged(into.0),
-        EventKind::Died => wire::Happening::Died,
-    };
-    let time = event.time.filter(|time| time.is_finite());
-    wire::TrackEvent { frame: event.frame, time, happening, track: track(&event.track) }
-}
+pub use self::tracks::{TrackKind, TrackSpan, space_track, space_track_event, track, track_event};
 
 /// The view of the core that shows a cut.
 ///

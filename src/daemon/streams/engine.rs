@@ -34,8 +34,8 @@ use super::convert;
 use super::error::EngineError;
 use super::output::{Output, OutputFrame, Sent};
 use super::pipeline::AnyPipeline;
+use super::publishing::any_tracks::AnyTrackFrame;
 use super::publishing::cursor::Cursor;
-use super::publishing::track_log::TrackFrame;
 use super::publishing::views::{ViewFollower, Views};
 use super::requests::{Next, Request};
 use super::roster::Roster;
@@ -304,7 +304,7 @@ impl Engine {
     }
 
     /// The frame for the output, if there is one.
-    fn output_frame(&mut self, rejected: u64, tracks: Option<Arc<TrackFrame>>) -> Option<OutputFrame> {
+    fn output_frame(&mut self, rejected: u64, tracks: Option<AnyTrackFrame>) -> Option<OutputFrame> {
         let (output, follower) = self.output.as_mut()?;
         let step = follower.poll(&mut self.pipeline)?;
         let (number, shape) = (self.stream.state.number, self.stream.state.shape());

@@ -6,13 +6,12 @@
 //!
 //! Must not know: how frames are written.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Select, Sender};
 use hopes_protocol as wire;
 
-use super::publishing::track_log::TrackFrame;
+use super::publishing::any_tracks::AnyTrackFrame;
 use crate::daemon::locks::before_waiting;
 
 /// A frame of the output.
@@ -25,7 +24,7 @@ pub struct OutputFrame {
     /// What has changed in the view: a diff of the plane, or of a space.
     pub diff: wire::Message,
     /// What has happened to tracks, if they are followed.
-    pub tracks: Option<Arc<TrackFrame>>,
+    pub tracks: Option<AnyTrackFrame>,
 }
 
 /// Where a stream's frames go besides its consumers.

@@ -9,8 +9,8 @@
 use hopes::topology::spaces::{Metric, SpaceError};
 use hopes::topology::{
     Admission, Contradiction, Coordinates, Follower, Options, Pipeline, PointError, Ranking, Refusal, Region,
-    SimplifiedFollower, SpaceOptions, SpacePipeline, Stage, Staging, Step, TrackId, TrackStep, Tracker, VertexId,
-    Window,
+    SimplifiedFollower, SpaceOptions, SpacePipeline, SpaceTrackStep, SpaceTracker, Stage, Staging, Step, TrackId,
+    TrackStep, Tracker, VertexId, Window,
 };
 
 use super::input::Point;
@@ -209,20 +209,24 @@ impl AnyPipeline {
         either!(self, pipeline => pipeline.poll_simplified(follower))
     }
 
-    /// The events of a tracker's tracks up to the newest frame.
+    /// The events of a tracker's tracks up to the newest frame; none in a space.
     pub fn poll_tracks(&mut self, tracker: &mut Tracker) -> Option<TrackStep> {
-        match self {
-            Self::Plane(pipeline) => pipeline.poll_tracks(tracker),
-            Self::Space(_) => None,
-        }
+        if let Self::Plane(pipeline) = self { pipeline.poll_tracks(tracker) } else { None }
     }
 
-    /// The regions of the holes of a tracker's tracks.
+    /// The same in a space; none in the plane.
+    pub fn poll_space_tracks(&mut self, tracker: &mut SpaceTracker) -> Option<SpaceTrackStep> {
+        if let Self::Space(pipeline) = self { pipeline.poll_tracks(tracker) } else { None }
+    }
+
+    /// The regions of the holes of a tracker's tracks; none in a space.
     pub fn track_regions(&mut self, tracker: &Tracker) -> Vec<(TrackId, Region)> {
-        match self {
-            Self::Plane(pipeline) => pipeline.track_regions(tracker),
-            Self::Space(_) => Vec::new(),
-        }
+        if let Self::Plane(pipeline) = self { pipeline.track_regions(tracker) } else { Vec::new() }
+    }
+
+    /// The cycles of a tracker's tracks in a space; none in the plane.
+    pub fn track_cycles(&self, tracker: &SpaceTracker) -> Vec<(TrackId, Vec<VertexId>)> {
+        if let Self::Space(pipeline) = self { pipeline.track_cycles(tracker) } else { Vec::new() }
     }
 
     /// The most persistent dots of the newest frame.

@@ -65,17 +65,14 @@ impl Accounts {
 impl StreamState {
     /// A stream without frames.
     pub fn new(number: u32, name: String, epoch: u64, options: PipelineOptions, accounts: Accounts) -> Self {
-        let (published, stats) = (Published::default(), Stats::default());
         let space = options.space.map(StreamSpace::new);
+        let (published, stats) = (Published::new(shape_of(space.as_ref())), Stats::default());
         Self { number, name, epoch, options, space, published, stats, accounts }
     }
 
     /// Which messages its frames are.
     pub fn shape(&self) -> Shape {
-        self.space.as_ref().map_or(Shape::Plane, |space| Shape::Space {
-            metric: space.metric,
-            dimension: space.dimension().unwrap_or(0),
-        })
+        shape_of(self.space.as_ref())
     }
 
     /// Its entry in a list of streams in spaces, if it is one.
@@ -123,6 +120,10 @@ impl StreamState {
             consumers: stats.consumers.load(Ordering::Relaxed) as u32,
         }
     }
+}
+
+fn shape_of(space: Option<&StreamSpace>) -> Shape {
+    space.map_or(Shape::Plane, |space| Shape::Space { metric: space.metric, dimension: space.dimension().unwrap_or(0) })
 }
 
 /// The space of a stream's points.

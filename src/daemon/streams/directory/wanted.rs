@@ -81,8 +81,11 @@ impl Wanted {
             || self.resolution.is_some() && options.resolution != has.resolution;
         let is_other = match (&self.space, &state.space) {
             (None, None) => is_other,
-            (Some(_), None) => return Err(other_kind(&state.name, "of the plane", "Open")),
-            (None, Some(_)) => return Err(other_kind(&state.name, "of points in R^d under a metric", "OpenSpace")),
+            (Some(_), None) => return Err(other_kind(&state.name, "of the plane", "Open, without a metric")),
+            (None, Some(space)) => {
+                let how = format!("OpenSpace, with the metric {}", space.metric.name());
+                return Err(other_kind(&state.name, "of points in R^d", &how));
+            }
             (Some(wanted), Some(space)) => {
                 is_other
                     || wanted.metric.is_some_and(|metric| metric != space.metric)

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use hopes::topology::Ranking;
 
-use super::track_log::TrackLog;
+use super::any_tracks::AnyTrackLog;
 use crate::daemon::locks::{Guard, Level, Lock};
 use crate::daemon::memory::{Account, Charge};
 use crate::daemon::streams::convert::{Dots, Shape};
@@ -51,19 +51,18 @@ impl PublishedDots {
 #[derive(Debug)]
 pub struct Published {
     dots: Lock<Option<Arc<PublishedDots>>>,
-    tracks: Lock<TrackLog>,
-}
-
-impl Default for Published {
-    fn default() -> Self {
-        let (dots, tracks) = (Lock::new(Level::Published, None), Lock::new(Level::Published, TrackLog::default()));
-        Self { dots, tracks }
-    }
+    tracks: Lock<AnyTrackLog>,
 }
 
 impl Published {
+    /// Nothing yet, of a stream of this shape.
+    pub fn new(shape: Shape) -> Self {
+        let tracks = AnyTrackLog::new(shape != Shape::Plane);
+        Self { dots: Lock::new(Level::Published, None), tracks: Lock::new(Level::Published, tracks) }
+    }
+
     /// The log of its tracks.
-    pub fn tracks(&self) -> Guard<'_, TrackLog> {
+    pub fn tracks(&self) -> Guard<'_, AnyTrackLog> {
         self.tracks.lock()
     }
 

@@ -15,9 +15,9 @@ use std::time::{Duration, Instant};
 use hopes::topology::{Follower, SimplifiedFollower, Step, TrackOptions};
 use hopes_protocol as wire;
 
+use super::any_tracks::AnyTrackFrame;
 use super::cursor::{Cursor, Start};
 use super::published::PublishedDots;
-use super::track_log::TrackFrame;
 use super::tracking::Tracking;
 use super::view_log::{LogEntry, ViewLog};
 use crate::daemon::encoding::{Encoded, encoded};
@@ -175,7 +175,8 @@ pub struct Views {
 impl Views {
     /// No views. There will be `limits.views` at the most, each with a history of `limits.history` bytes.
     pub fn new(stream: Arc<StreamState>, memory: Arc<Memory>, limits: &Limits, tracking: Option<TrackOptions>) -> Self {
-        let tracking = tracking.map(|options| Tracking::new(options, Arc::clone(&stream.accounts.views)));
+        let tracking =
+            tracking.map(|options| Tracking::new(options, stream.space.is_some(), Arc::clone(&stream.accounts.views)));
         let (most, history) = (limits.views.get(), limits.history);
         let (watched, early, once, rejected) = (Vec::new(), Vec::new(), None, 0);
         Self { stream, memory, watched, early, once, most, history, tracking, rejected }
@@ -247,7 +248,7 @@ impl Views {
 
     /// Publishes what has happened to tracks up to the newest frame, if a consumer or the output wants it and it is not
     /// published yet.
-    pub fn publish_tracks(&mut self, pipeline: &mut AnyPipeline, has_output: bool) -> Option<Arc<TrackFrame>> {
+    pub fn publish_tracks(&mut self, pipeline: &mut AnyPipeline, has_output: bool) -> Option<AnyTrackFrame> {
         let history = self.history();
         let tracking = self.tracking.as_mut().filter(|_| pipeline.committed() > 0)?;
         let cursors = self.watched.iter().flat_map(|watched| &watched.cursors);
@@ -258,13 +259,9 @@ impl Views {
         let with_cycles = wanted == wire::TracksWanted::Cycles;
         let polled = tracking.poll(pipeline, with_cycles);
         let mut log = self.stream.published.tracks();
-        let newest = log.newest().cloned();
-        let frame = polled.or_else(|| {
-            let lacks_cycles = newest.filter(|newest| with_cycles && !newest.has_cycles());
-            lacks_cycles.map(|newest| tracking.with_cycles(pipeline, &newest))
-        });
-        let frame = Arc::new(frame?);
-        log.push(Arc::clone(&frame), history);
+        let newest = log.newest().filter(|_| with_cycles);
+        let frame = polled.or_else(|| tracking.with_cycles(pipeline, newest?))?;
+        log.push(&frame, history);
         drop(log);
         self.wake_all();
         Some(frame)

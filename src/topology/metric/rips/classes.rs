@@ -42,6 +42,8 @@ impl Sum {
 #[derive(Clone, Debug)]
 struct Dead {
     sum: Sum,
+    /// The number of its death.
+    number: u32,
     /// How many deaths there were when it was last rewritten.
     as_of: u32,
     /// What it was when the birth died, if it was rewritten since and is remembered.
@@ -141,13 +143,31 @@ impl Classes {
         }
     }
 
+    /// Splits a sum of births that were alive at one time into classes that die each by itself: of each its birth, the
+    /// eldest first. The class that dies with a birth is the sum of it and of what it became. The classes must remember.
+    pub fn split_by_death(&self, total: &mut [u64]) -> Vec<u32> {
+        debug_assert!(self.remembers, "what births became is not remembered");
+        let mut found = Vec::new();
+        loop {
+            let dead = births(total).filter_map(|birth| Some((birth, self.fates[birth as usize].as_deref()?)));
+            let Some((birth, fate)) = dead.min_by_key(|(_, fate)| fate.number) else { break };
+            found.push(birth);
+            toggle(total, birth);
+            fate.first.as_ref().unwrap_or(&fate.sum).add_to(total);
+        }
+        found.extend(births(total));
+        found.sort_unstable();
+        found
+    }
+
     /// Makes a settled sum zero. Returns the birth that dies of it: its youngest; none if it is zero already.
     pub fn kill(&mut self, total: &mut [u64]) -> Option<u32> {
         let word = total.iter().rposition(|&bits| bits != 0)?;
         let birth = word as u32 * 64 + total[word].ilog2();
         toggle(total, birth);
         self.deaths += 1;
-        self.fates[birth as usize] = Some(Box::new(Dead { sum: Sum::of(total), as_of: self.deaths, first: None }));
+        self.fates[birth as usize] =
+            Some(Box::new(Dead { sum: Sum::of(total), number: self.deaths, as_of: self.deaths, first: None }));
         self.dead[word] |= 1 << (birth % 64);
         Some(birth)
     }
@@ -217,6 +237,20 @@ mod tests {
         assert_eq!(as_of(&[]), [5, 129]);
         assert_eq!(as_of(&[129]), [3, 5, 70]);
         assert_eq!(as_of(&[129, 70]), [5]);
+    }
+
+    #[test]
+    fn a_sum_is_split_into_classes_that_die_by_themselves() {
+        let mut classes = Classes::new(true);
+        (0..130).for_each(|_| classes.bear());
+        classes.kill(&mut sum(&classes, &[3, 70, 129]));
+        classes.kill(&mut sum(&classes, &[3, 70]));
+        let split = |births: &[u32]| classes.split_by_death(&mut sum(&classes, births));
+        // 3 + 70 + 129 dies with 129, and 3 + 70 with 70. 3 and 5 live on.
+        assert_eq!(split(&[3, 70, 129]), [129]);
+        assert_eq!(split(&[129]), [70, 129]);
+        assert_eq!(split(&[70, 5]), [3, 5, 70]);
+        assert_eq!(split(&[]), []);
     }
 
     #[test]

@@ -127,7 +127,7 @@ pub fn persistence(space: &dyn Distances, limit: f64, workspace: &mut Workspace)
     persistence_and_classes(space, limit, &[], workspace).0
 }
 
-/// Computes the filtration up to the length `limit`, and the classes of closed walks. Where a walk's length is beyond
+/// Computes the filtration up to the length `limit`, and the classes of closed walks; none where a step is no edge. Where a walk's length is beyond
 /// the limit, its class is that at the limit.
 ///
 /// # Panics
@@ -137,7 +137,7 @@ pub fn persistence_and_classes(
     limit: f64,
     walks: &[ClosedWalk],
     workspace: &mut Workspace,
-) -> (Persistence, Vec<Class>) {
+) -> (Persistence, Vec<Option<Class>>) {
     let count = space.count();
     assert!(count <= MAX_VERTICES, "ends of pairs have 16 bits");
     if count < 2 {

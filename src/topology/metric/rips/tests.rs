@@ -213,7 +213,7 @@ proptest! {
         let (found, classes) = persistence_and_classes(&*space, limit, &walks, &mut Workspace::default());
         prop_assert_eq!(&found, &plain);
         for (walk, class) in walks.iter().zip(classes) {
-            let Some(births) = class else { panic!("{walk:?} is there") };
+            let Some(Class { births, .. }) = class else { panic!("{walk:?} is there") };
             let mut cycle = odd_edges(&walk.vertices);
             for birth in births {
                 let alive = |&(other, death): &(Pair, Option<Pair>)| {
@@ -224,6 +224,34 @@ proptest! {
                 cycle = cycle.symmetric_difference(&closed).copied().collect();
             }
             prop_assert!(textbook::is_boundary(&*space, walk.length, cycle));
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_walk_lives_as_long_as_its_dots(kind in 0..KINDS, count in 2..24_usize, seed: u64) {
+        let space = space(kind, count, seed);
+        let count = space.count() as u64;
+        let mut random = Random(seed);
+        let pick = |random: &mut Random| space.length(random.below(count) as u32, random.below(count) as u32);
+        let plain = persistence(&*space, f64::INFINITY, &mut Workspace::default());
+        let mut lengths: Vec<f64> = (0..9).map(|_| pick(&mut random)).filter(|length| length.is_finite()).collect();
+        lengths.sort_by(f64::total_cmp);
+        let Some(&first) = lengths.first() else { return Ok(()) };
+        let ClosedWalk { vertices, .. } = closed_walk(&*space, &plain.tree, first, &mut random);
+        let walks: Vec<ClosedWalk> =
+            lengths.iter().map(|&length| ClosedWalk { vertices: vertices.clone(), length }).collect();
+        let (_, classes) = persistence_and_classes(&*space, f64::INFINITY, &walks, &mut Workspace::default());
+        let mut left = classes[0].clone().expect("it is there").dots;
+        for (walk, class) in walks.iter().zip(classes) {
+            let class = class.expect("it is there");
+            let death = |dot: &Pair| plain.critical.iter().find(|(birth, _)| birth == dot).expect("it is a dot").1;
+            left.retain(|dot| death(dot).is_none_or(|death| death.length > walk.length));
+            prop_assert_eq!(&class.dots, &left);
+            prop_assert_eq!(class.births.is_empty(), left.is_empty());
         }
     }
 }
@@ -242,7 +270,8 @@ fn walks_with_long_steps_have_no_class() {
         walk(&[3], 0.0),
     ];
     let of = |limit| persistence_and_classes(&square, limit, &walks, &mut Workspace::default()).1;
-    let (one, zero) = (Some(vec![Pair::new(1.0, 2, 3)]), Some(Vec::new()));
+    let birth = vec![Pair::new(1.0, 2, 3)];
+    let (one, zero) = (Some(Class { births: birth.clone(), dots: birth }), Some(Class::default()));
     assert_eq!(of(f64::INFINITY), [&one, &None, &None, &zero, &zero, &zero, &zero].map(Clone::clone));
     assert_eq!(of(1.5), [&one, &None, &None, &one, &zero, &zero, &zero].map(Clone::clone));
     assert_eq!(of(0.5), [&None, &None, &None, &None, &None, &zero, &zero].map(Clone::clone));
