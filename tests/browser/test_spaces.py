@@ -61,6 +61,22 @@ class WithoutGraphicsCard(BrowserTest):
         self.assertEqual(page.inner_text("#place"), "")
         self.assertTrue(page.locator("#scale").is_visible())
 
+    def test_tracks_are_loops_in_their_colours(self) -> None:
+        producer, page = self.open_page(3, 0, "--track", "view")
+        last = producer.make(5)
+        state = self.wait_for(page, "state.seen === argument && state.tracks === 2", last)
+        self.assertEqual((state["picture"]["walks"], state["picture"]["holes"]), (2, 0))
+        plane = self.see_still(page)
+        self.assertGreater(plane.vivid + plane.tinted, 600, "there are too few pixels of loops")
+        self.assertLess(plane.tinted, 20_000, "a hole is filled")
+        self.assertGreater(self.see(page, "#diagram").vivid, 60, "there are no dots of tracks in the diagram")
+        self.assertGreater(self.see(page, "#lives").vivid, 20, "there are no lives")
+
+        page.keyboard.press("]")
+        page.locator("#cycle").wait_for(state="visible")
+        self.assertRegex(page.inner_text("#cycle-id"), r"^track [1-9]\d*$")
+        self.assertGreater(self.pictures.difference(plane, self.see_still(page)), 500, "no loop is highlighted")
+
     def test_dragging_turns_and_a_double_click_turns_back(self) -> None:
         _, page = self.open_page(3, 0)
         start, box = self.see_still(page), self.state(page)["picture"]["box"]

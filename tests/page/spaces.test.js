@@ -11,6 +11,7 @@ import { extentOf, gapsOf } from "../../src/view/page/panels/diagram.js";
 import { formatNumber } from "../../src/view/page/panels/numbers.js";
 import { axesOf, shortSpaceName, spaceName, unitOf } from "../../src/view/page/panels/spaces.js";
 import { labelsOf, holesOf, marksOf } from "../../src/view/page/session/dots.js";
+import { Elements } from "../../src/view/page/session/elements.js";
 import { readFrame } from "../../src/view/page/session/frames.js";
 import { History } from "../../src/view/page/session/history.js";
 import { Contradiction, Mirror } from "../../src/view/page/session/mirror.js";
@@ -139,6 +140,55 @@ test("the first point of a stream fixes its dimension, and a step leads back to 
   mirror.moveTo(forward, diff.frame);
   assert.deepEqual(positions(mirror), after);
 });
+
+for (const dimension of [1, 3, 6]) {
+  test(`vertices of R^${dimension} that come, go and move are those of a plain model, and steps lead back`, () => {
+    let [state, next] = [dimension, 0];
+    const random = () => {
+      state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+      return state / 2 ** 32;
+    };
+    const flat = (rows) => Float64Array.from(rows.flat());
+    const [mirror, model, frames, moves, none] = [new Mirror(), new Map(), [[]], [], new Float64Array(0)];
+    const snapshot = { metric: "Euclidean", dimension, vertices: none, edges: none, critical: none };
+    mirror.applySnapshot({ ...snapshot, frame: { number: 0 }, checksum: 0 });
+    for (let number = 1; number <= 40; number++) {
+      const [removed, added] = [[], []];
+      const place = (id) => added.push([id, ...Array.from({ length: dimension }, random)]);
+      for (const id of [...model.keys()].sort((a, b) => a - b)) {
+        const chance = random();
+        if (chance < 0.3) removed.push([id]);
+        if (chance < 0.15) place(id);
+      }
+      for (let i = 0; i < 9; i++) place(next++);
+      for (const [id] of removed) model.delete(id);
+      for (const row of added) model.set(row[0], row);
+      frames.push([...model.values()].sort((a, b) => a[0] - b[0]));
+      const sum = new Elements(1, 1, 1 + dimension);
+      for (const row of model.values()) sum.add(Float64Array.from(row), 0);
+      const diff = {
+        from: number - 1,
+        frame: { number },
+        dimension,
+        ids_added: flat(added.map((row) => row.slice(0, 1))),
+        coordinates_added: flat(added.map((row) => row.slice(1))),
+        vertices_removed: flat(removed),
+        edges_added: none,
+        edges_removed: none,
+        critical_set: none,
+        critical_removed: none,
+        checksum: (BigInt(sum.sum[0]) << 32n) + BigInt(sum.sum[1]),
+      };
+      const [, forward] = inFormOfPlane("SpaceDiff", diff);
+      moves.push({ forward, backward: mirror.applyDiff(forward) });
+      assert.deepEqual(positions(mirror), frames[number], `frame ${number}`);
+    }
+    for (let number = 40; number > 0; number--) {
+      mirror.moveTo(moves[number - 1].backward, { number });
+      assert.deepEqual(positions(mirror), frames[number - 1], `back at frame ${number - 1}`);
+    }
+  });
+}
 
 test("a plane and a space follow each other in one mirror", () => {
   const mirror = new Mirror();

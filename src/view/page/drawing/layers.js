@@ -27,8 +27,8 @@ export class Layers {
     starts.fill(0);
     for (let slot = 0; slot < end; slot++) {
       const depth = depthOf(slot);
-      // A depth that is no number, of a coordinate that is too large, counts as the farthest.
-      layers[slot] = depth === NOWHERE ? LAYERS : Math.max(0, Math.min(LAYERS - 1, Math.floor(depth * LAYERS) || 0));
+      // A depth that is no number, of a coordinate that is too large, becomes 0 here: the farthest.
+      layers[slot] = depth === NOWHERE ? LAYERS : Math.max(0, Math.min(LAYERS - 1, Math.floor(depth * LAYERS)));
       if (layers[slot] < LAYERS) starts[layers[slot] + 1] += 1;
     }
     for (let i = 0; i < LAYERS; i++) starts[i + 1] += starts[i];

@@ -73,7 +73,7 @@ export function eigenvectors(matrix, size) {
     for (const [p, q] of pairs) eliminate(matrix, vectors, size, p, q);
   }
   const order = Array.from({ length: size }, (_, i) => i);
-  order.sort((a, b) => matrix[b * (size + 1)] - matrix[a * (size + 1)] || a - b);
+  order.sort((a, b) => matrix[b * (size + 1)] - matrix[a * (size + 1)]);
   const sorted = new Float64Array(size * size);
   order.forEach((from, to) => sorted.set(vectors.subarray(from * size, (from + 1) * size), to * size));
   return sorted;

@@ -67,7 +67,8 @@ export class PrincipalAxes {
   nearTo(before, found, isWhole) {
     const { width } = this;
     const axes = alignedTo(before, found, width);
-    const most = this.isOther ? 1 : MOST_TURN / turnBetween(before, axes);
+    // A direction that is strong in one sample may be weak in the next.
+    const most = this.isOther && isWhole ? 1 : MOST_TURN / turnBetween(before, axes);
     const share = Math.min(most, isWhole ? 1 : OF_SAMPLE);
     return share < 1 ? between(before, axes, share, width) : axes;
   }
