@@ -25,7 +25,7 @@
 //! | `plane` | tree and dots of a cloud: geometry, Delaunay (with `spade`), filtration, reduction, holes, tiles |
 //! | `skeleton` | what a skeleton is: dots, tree, gaps, views, cycles, simplification, ranking |
 //! | `frames` | from one frame to the next: diffs, changes, the stored diagram, followers |
-//! | `tracks` | cycles over time: detections, recognition, assignment (with `pathfinding`), tracker |
+//! | `tracks` | cycles over time: detections, recognition by holes or by homology classes, assignment (with `pathfinding`), tracker |
 //! | `pipeline` | the engine: joins the rooms, and decides between one pass and following changes |
 //!
 //! # How a frame is computed
@@ -123,7 +123,10 @@ pub use skeleton::{
     Critical, Cycles, Dot, Edge, EdgeId, Filtration, Gap, Hole, Killer, Margins, Positions, RankedDot, Ranking,
     Selection, ShortestCycles, Simplified, Skeleton, View, ViewSpec, diagonal_gaps, select, simplify, vertical_gaps,
 };
-pub use tracks::{Changed, EventKind, Track, TrackEvent, TrackId, TrackOptions, TrackRule, TrackStep};
+pub use tracks::{
+    Changed, EventKind, SpaceTrack, SpaceTrackEvent, SpaceTrackStep, SpaceTracker, Track, TrackEvent, TrackId,
+    TrackOptions, TrackRule, TrackStep,
+};
 
 /// Finite metric spaces, of which [`Skeleton::of_space`] makes skeletons.
 pub mod spaces {

@@ -39,7 +39,7 @@ use super::plane::holes::{Region, RegionCache};
 use super::plane::mesh::Mesh;
 use super::plane::tiles::{LEAF, Tiles, Touched};
 use super::skeleton::Ranking;
-use super::tracks::{self, Detections, FrameStamp, TrackId, TrackStep, detect};
+use super::tracks::{self, Detection, Detections, FrameStamp, HoleState, TrackId, TrackStep, detect};
 
 pub use self::check::Contradiction;
 pub use self::rips_pass::numbered;
@@ -47,7 +47,7 @@ pub use self::space::{SpaceOptions, SpacePipeline};
 pub use self::stage::Stage;
 
 /// Tracks the persistent cycles of one stream.
-pub type Tracker = tracks::Tracker<Region>;
+pub type Tracker = tracks::Tracker<HoleState<Region>>;
 
 /// The largest change, as a share of the vertices, for which tiles are made at first.
 const TILES_SHARE: f64 = 0.5;
@@ -333,7 +333,7 @@ impl Pipeline {
     }
 
     /// The detections of a tracker.
-    fn detect(&mut self, tracker: &Tracker) -> Detections {
+    fn detect(&mut self, tracker: &Tracker) -> Detections<Detection> {
         match (&self.tiles, &self.whole) {
             (Some(tiles), _) => {
                 let mut held = TiledSkeleton { cloud: &self.cloud, tiles, diagram: &mut self.diagram };

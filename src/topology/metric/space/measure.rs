@@ -64,6 +64,11 @@ impl Metric {
         }
     }
 
+    /// Whether lengths are squares of distances, or of chords.
+    pub fn is_squared(self) -> bool {
+        !matches!(self, Self::Manhattan | Self::Chebyshev)
+    }
+
     /// Half of the distance that a length stands for.
     pub fn radius(self, length: f64) -> f64 {
         match self {
@@ -72,6 +77,22 @@ impl Metric {
             Self::Angular => half_angle(length),
             Self::Haversine => EARTH_RADIUS * half_angle(length),
         }
+    }
+
+    /// The distance between two points of one dimension, with finite coordinates.
+    ///
+    /// # Errors
+    /// [`SpaceError::NoDirection`], [`SpaceError::Latitude`].
+    pub fn distance(self, p: &[f64], q: &[f64]) -> Result<f64, SpaceError> {
+        let between = |p: &[f64], q: &[f64]| 2.0 * self.radius(self.sum(p.iter().zip(q).map(|(p, q)| p - q)));
+        if matches!(self, Self::Euclidean | Self::Manhattan | Self::Chebyshev) {
+            return Ok(between(p, q));
+        }
+        let mut places = [p, q].map(|point| vec![0.0; self.width(point.len())]);
+        for (number, point) in [p, q].into_iter().enumerate() {
+            self.place(number, point, &mut places[number])?;
+        }
+        Ok(between(&places[0], &places[1]))
     }
 
     /// The lengths from one point of the block `from` to all points of the block `to`.

@@ -121,6 +121,20 @@ impl Points {
         points
     }
 
+    /// The vertex that is nearest to a point of the same dimension; the first one of equally near ones. None without
+    /// vertices.
+    ///
+    /// # Errors
+    /// [`SpaceError`] if the point has no distances.
+    pub fn nearest(&self, point: &[f64]) -> Result<Option<u32>, SpaceError> {
+        let mut place = vec![0.0; self.width];
+        self.metric.place(0, point, &mut place)?;
+        let block: Vec<Lane> = place.into_iter().map(|value| [value; LANES]).collect();
+        let lengths = |number: usize| self.metric.lengths(&block, 0, self.block(number));
+        let all = (0..self.rows.len().div_ceil(LANES)).flat_map(lengths).take(self.rows.len());
+        Ok(all.zip(0..).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, vertex)| vertex))
+    }
+
     #[inline]
     fn block(&self, number: usize) -> &[Lane] {
         &self.blocks[number * self.width..][..self.width]

@@ -2,16 +2,25 @@
 //! before it is asked for.
 //!
 //! In: points and commits.
-//! Out: whole [`Frame`]s, or [`Step`]s from frame to frame, and rankings.
+//! Out: whole [`Frame`]s, or [`Step`]s from frame to frame, rankings and track events.
 //! Invariants: a frame shows the cloud as of its commit. Its skeleton is computed once, however often and in whatever
 //! views it is asked for. It is computed from scratch, but in warm memory, so it depends on the cloud alone. All points
 //! have one dimension. A refused point changes nothing. In a full cloud, the points that leave at the next commit at
 //! the latest make room for those that come.
 //! Must not know: threads, clocks, formats, the plane.
 
+mod closing;
+mod detections;
+mod shortening;
+mod walks;
+
 use std::sync::Arc;
 
+use detections::FrameCycles;
+use walks::{WalkFinder, answers};
+
 use super::check::Contradiction;
+use super::held::WholeSkeleton;
 use super::one_pass;
 use super::progress::Progress;
 use super::stage::{Stage, StageHook};
@@ -20,6 +29,7 @@ use crate::topology::frames::{Change, Follower, Frame, SimplifiedFollower, Step}
 use crate::topology::metric::rips::{MAX_VERTICES, Workspace};
 use crate::topology::metric::space::{Metric, Points, SpaceError};
 use crate::topology::skeleton::{Ranking, Skeleton};
+use crate::topology::tracks::{FrameStamp, SpaceTrackStep, SpaceTracker, TrackId, TrackWalk, WalkAnswer, detect};
 
 /// What a vertex takes in a skeleton: its names, tree edge and dots.
 const BYTES_OF_A_VERTEX: usize = 256;
@@ -88,7 +98,16 @@ pub struct SpacePipeline {
     workspace: Workspace,
     /// The vertices of the space that was swept last, by id, each with its place in it.
     swept: Vec<(VertexId, u32)>,
+    questions: Questions,
     stages: StageHook,
+}
+
+/// What a tracker asks of the next frame, so that one sweep answers it.
+#[derive(Debug, Default)]
+struct Questions {
+    asked: Vec<TrackWalk>,
+    /// Those for the frame that was computed last; none if they were not asked then, or were taken.
+    answers: Option<Vec<WalkAnswer>>,
 }
 
 impl SpacePipeline {
@@ -113,6 +132,7 @@ impl SpacePipeline {
             is_followed: false,
             workspace: Workspace::default(),
             swept: Vec::new(),
+            questions: Questions::default(),
             stages: StageHook::default(),
         })
     }
@@ -250,6 +270,41 @@ impl SpacePipeline {
         one_pass::ranking(frame.number, &frame.skeleton, most)
     }
 
+    /// The events of a tracker's tracks up to the newest frame, unless the tracker is up to date. The computation of
+    /// the frame is shared, and answers what the tracker asks of it. That is known before, if the frame is first asked
+    /// for here or if this was the last tracker to be updated; else the frame is swept again.
+    pub fn poll_tracks(&mut self, tracker: &mut SpaceTracker) -> Option<SpaceTrackStep> {
+        if tracker.frame() >= self.progress.committed {
+            return None;
+        }
+        let walks = tracker.walks();
+        let is_asked = self.questions.answers.is_some() && self.questions.asked == walks;
+        if !(self.progress.is_reached() && is_asked) {
+            self.questions = Questions { asked: walks, answers: None };
+            if self.progress.is_reached() {
+                self.sweep();
+            }
+        }
+        let frame = self.reach();
+        let answers = self.questions.answers.take().unwrap_or_default();
+        let mut held = WholeSkeleton { cloud: &self.cloud, skeleton: &frame.skeleton };
+        let detections = detect(tracker.options().rule, tracker.search_bounds(), &mut held);
+        let at = FrameStamp { number: frame.number, time: frame.time };
+        let cycles = FrameCycles::new(self.metric, &self.cloud, &frame.skeleton, &self.swept);
+        let step = tracker.advance(at, detections, &answers, &cycles);
+        self.questions.asked = tracker.walks();
+        Some(step)
+    }
+
+    /// The cycles of a tracker's tracks by the ids of their vertices, by track, without tracks that are not detected in
+    /// the newest frame. A cycle is closed: its last vertex is joined to the first.
+    pub fn track_cycles(&self, tracker: &SpaceTracker) -> Vec<(TrackId, Vec<VertexId>)> {
+        if tracker.frame() != self.progress.reached {
+            return Vec::new();
+        }
+        tracker.seen().map(|(id, cycle)| (id, cycle.vertices.iter().map(|(id, _)| *id).collect())).collect()
+    }
+
     /// The newest frame that was given as a whole.
     pub fn newest(&self) -> Option<&Arc<Frame>> {
         self.progress.given()
@@ -332,11 +387,13 @@ impl SpacePipeline {
         self.stages.begin(Stage::Triangulation);
         // Slots of vertices that are gone become free.
         self.cloud.take_change();
-        let (points, names) = self.space();
-        self.carry(&names);
+        if self.questions.answers.is_some() {
+            // Nobody took them: the tracker is gone.
+            self.questions = Questions::default();
+        }
         self.stages.begin(Stage::Reduction);
         let before = self.progress.begin();
-        let skeleton = Skeleton::of_space(&points, &names, self.threshold, &mut self.workspace);
+        let skeleton = self.sweep();
         let old = self.whole.take();
         self.change = (self.is_followed.then_some(()).and(old.as_deref()))
             .map(|old| Change::between(before, &old.skeleton, &skeleton));
@@ -344,6 +401,17 @@ impl SpacePipeline {
         self.whole = Some(Arc::clone(&frame));
         self.stages.begin(Stage::Done);
         frame
+    }
+
+    /// The skeleton of the cloud as of its last commit. What a tracker asks of it is answered in the same sweep.
+    fn sweep(&mut self) -> Skeleton {
+        let (points, names) = self.space();
+        self.carry(&names);
+        let mut finder = WalkFinder::new(&points, &self.swept, self.threshold);
+        let walks = finder.walks(&self.questions.asked, self.progress.committed);
+        let (skeleton, classes) = Skeleton::with_classes(&points, &names, self.threshold, &walks, &mut self.workspace);
+        self.questions.answers = Some(answers(&names, walks, classes));
+        skeleton
     }
 
     /// The cloud as of its last commit as a space, and the names of the space's vertices.
@@ -369,3 +437,5 @@ impl SpacePipeline {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod track_tests;

@@ -12,11 +12,12 @@
 
 use std::collections::HashMap;
 
-use super::assignment::{Pair, assign};
 use super::detection::Detection;
 use super::hole_region::HoleRegion;
 use crate::topology::cloud::VertexId;
 use crate::topology::skeleton::Hole;
+use crate::topology::tracks::assignment::{Pair, assign};
+use crate::topology::tracks::detection::Detected;
 
 /// The gate: the largest distance between centres of one hole, as a share of the larger radius.
 const NEAR: f64 = 0.5;
