@@ -25,7 +25,7 @@
 //! | `plane` | tree and dots of a cloud: geometry, Delaunay (with `spade`), filtration, reduction, holes, tiles |
 //! | `skeleton` | what a skeleton is: dots, tree, gaps, views, cycles, simplification, ranking |
 //! | `frames` | from one frame to the next: diffs, changes, the stored diagram, followers |
-//! | `tracks` | cycles over time: detections, recognition, assignment (with `pathfinding`), tracker |
+//! | `tracks` | cycles over time: detections, recognition by holes or by homology classes, assignment (with `pathfinding`), tracker |
 //! | `pipeline` | the engine: joins the rooms, and decides between one pass and following changes |
 //!
 //! # How a frame is computed

@@ -1,5 +1,5 @@
-//! Tracks: persistent cycles over time. In the plane they are identified by their holes, in other spaces by the homology
-//! classes of their cycles.
+//! Tracks: persistent cycles over time. In the plane they are identified by their holes, in other spaces by the
+//! homology classes of their cycles.
 //!
 //! In: the most persistent dots of each frame (detections) with their holes, and regions of holes on request; or with
 //! their cycles, and the classes of cycles of the frame before.

@@ -143,8 +143,9 @@ impl Classes {
         }
     }
 
-    /// Splits a sum of births that were alive at one time into classes that die each by itself: of each its birth, the
-    /// eldest first. The class that dies with a birth is the sum of it and of what it became. The classes must remember.
+    /// Splits a sum of births that were alive at one time into classes that die each by itself: of each its birth,
+    /// the eldest first. The class that dies with a birth is the sum of it and of what it became. The classes must
+    /// remember.
     pub fn split_by_death(&self, total: &mut [u64]) -> Vec<u32> {
         debug_assert!(self.remembers, "what births became is not remembered");
         let mut found = Vec::new();

@@ -127,8 +127,8 @@ pub fn persistence(space: &dyn Distances, limit: f64, workspace: &mut Workspace)
     persistence_and_classes(space, limit, &[], workspace).0
 }
 
-/// Computes the filtration up to the length `limit`, and the classes of closed walks; none where a step is no edge. Where a walk's length is beyond
-/// the limit, its class is that at the limit.
+/// Computes the filtration up to the length `limit`, and the classes of closed walks; none where a step is no edge.
+/// Where a walk's length is beyond the limit, its class is that at the limit.
 ///
 /// # Panics
 /// If there are more than [`MAX_VERTICES`] vertices, or a walk has a vertex that is not there.

@@ -45,7 +45,8 @@ pub struct Class {
     pub dots: Vec<Pair>,
 }
 
-/// The classes of walks, none where a step of the walk is no edge, in a space whose filtration ends at the length `limit`, at most that of the largest double.
+/// The classes of walks, none where a step of the walk is no edge, in a space whose filtration ends at the length
+/// `limit`, at most that of the largest double.
 ///
 /// `sweep` is what has been swept; none without edges. `over` is the length up to which pairs were swept where the
 /// sweep has ended before its limit, since nothing is alive from there on.

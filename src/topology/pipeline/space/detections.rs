@@ -1,4 +1,4 @@
-//! What a tracker asks of a frame in R^d: its dots, their shortest cycles, distances.
+//! What a tracker asks of a frame in R^d: its dots, short cycles of them, distances.
 //!
 //! In: the cloud and the skeleton of the frame, the metric.
 //! Out: the answers of [`DetectionSource`] and [`CycleSource`].
@@ -7,10 +7,11 @@
 
 use std::sync::Arc;
 
+use super::closing::Closing;
 use crate::topology::cloud::{Cloud, Coordinates, Slot, VertexId};
 use crate::topology::metric::space::Metric;
 use crate::topology::pipeline::held::WholeSkeleton;
-use crate::topology::skeleton::{Dot, EdgeId, Killer, ShortestCycles, Skeleton};
+use crate::topology::skeleton::{Dot, Skeleton};
 use crate::topology::tracks::{CycleDetection, CycleSource, DetectionSource, TrackedCycle, in_order};
 
 /// The points of a cloud by their ids.
@@ -53,22 +54,20 @@ impl DetectionSource for WholeSkeleton<'_, Coordinates> {
 /// The cycles of a frame.
 pub struct FrameCycles<'a> {
     metric: Metric,
-    skeleton: &'a Skeleton,
-    shortest: ShortestCycles<'a>,
     points: PointsById<'a>,
+    closing: Closing<'a>,
 }
 
 impl<'a> FrameCycles<'a> {
-    /// Reads the graph of a skeleton and the points of its cloud.
-    pub fn new(metric: Metric, cloud: &'a Cloud<Coordinates>, skeleton: &'a Skeleton) -> Self {
-        Self { metric, skeleton, shortest: ShortestCycles::new(skeleton), points: PointsById::new(cloud) }
-    }
-
-    /// A dot with this critical edge.
-    fn dot(&self, edge: EdgeId, birth: f64, death: f64) -> Dot {
-        let ids = self.skeleton.vertices().ids();
-        let edge = edge.map(|end| ids.partition_point(|&id| id < end) as u32);
-        Dot { birth, death, edge, killer: Killer::None }
+    /// The cycles of the skeleton of a cloud. `places` has the vertices by id, each with its place in the order of
+    /// positions.
+    pub fn new(
+        metric: Metric,
+        cloud: &'a Cloud<Coordinates>,
+        skeleton: &Skeleton,
+        places: &'a [(VertexId, u32)],
+    ) -> Self {
+        Self { metric, points: PointsById::new(cloud), closing: Closing::new(skeleton, places) }
     }
 
     fn tracked(&self, ids: impl Iterator<Item = VertexId>) -> TrackedCycle {
@@ -87,10 +86,8 @@ impl<'a> FrameCycles<'a> {
 }
 
 impl CycleSource for FrameCycles<'_> {
-    fn cycle(&mut self, detection: &CycleDetection) -> TrackedCycle {
-        let critical = detection.critical;
-        let cycle = self.shortest.cycle(&self.dot(critical.edge, critical.birth, critical.death));
-        self.tracked(cycle.into_iter().map(|place| self.skeleton.vertices().id(place)))
+    fn cycle(&self, detection: &CycleDetection) -> TrackedCycle {
+        self.tracked(self.closing.cycle(&detection.critical).into_iter())
     }
 
     fn along(&self, walk: &[VertexId]) -> TrackedCycle {

@@ -9,6 +9,7 @@
 //! the latest make room for those that come.
 //! Must not know: threads, clocks, formats, the plane.
 
+mod closing;
 mod detections;
 mod shortening;
 mod walks;
@@ -296,8 +297,8 @@ impl SpacePipeline {
         let mut held = WholeSkeleton { cloud: &self.cloud, skeleton: &frame.skeleton };
         let detections = detect(tracker.options().rule, tracker.search_bounds(), &mut held);
         let at = FrameStamp { number: frame.number, time: frame.time };
-        let mut cycles = FrameCycles::new(self.metric, &self.cloud, &frame.skeleton);
-        let step = tracker.advance(at, detections, &answers, &mut cycles);
+        let cycles = FrameCycles::new(self.metric, &self.cloud, &frame.skeleton, &self.swept);
+        let step = tracker.advance(at, detections, &answers, &cycles);
         self.questions.asked = tracker.walks();
         Some(step)
     }
@@ -443,3 +444,5 @@ impl SpacePipeline {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod track_tests;

@@ -28,8 +28,14 @@ const CLEARLY_EARLIER: f64 = 0.9;
 /// The steps of cycles as a share of the length at which they are asked for.
 const STEP: f64 = 0.7;
 
+/// How often each vertex of a cycle is moved.
+const MOVES: usize = 4;
+
 /// How often each vertex of a sum of two cycles is moved.
-const TIMES: usize = 16;
+const MOVES_OF_SUM: usize = 16;
+
+/// A cycle of so few vertices is short: most of those in noise.
+const SHORT: usize = 6;
 
 /// Finds cycles in the space of a frame.
 pub struct WalkFinder<'a> {
@@ -55,9 +61,9 @@ impl<'a> WalkFinder<'a> {
             // With long steps few moves lead far.
             let mut least = walks[whole].clone();
             let step = least.length;
-            shortening.shorten(&mut least, step, TIMES);
+            shortening.shorten(&mut least, step, MOVES_OF_SUM);
             for mut sum in sums {
-                shortening.shorten(&mut sum, step, TIMES);
+                shortening.shorten(&mut sum, step, MOVES_OF_SUM);
                 if shortening.extent(&sum) < shortening.extent(&least) {
                     least = sum;
                     walks[whole].clone_from(&least);
@@ -67,7 +73,11 @@ impl<'a> WalkFinder<'a> {
         for (walk, track) in walks.iter_mut().zip(tracks) {
             let step = self.step(track);
             shortening.divide(walk, step);
-            shortening.shorten(walk, step, 2);
+            if is_long(walk) {
+                shortening.shorten(walk, walk.length, MOVES);
+                shortening.divide(walk, step);
+                shortening.shorten(walk, step, 1);
+            }
             walk.length = walk.length.max(shortening.longest_step(walk));
         }
         walks
@@ -77,7 +87,7 @@ impl<'a> WalkFinder<'a> {
     fn sums(&self, tracks: &[TrackWalk], walks: &[ClosedWalk], turn: u64) -> Option<(usize, Vec<ClosedWalk>)> {
         let pairs = (0..tracks.len()).flat_map(|whole| (0..tracks.len()).map(move |part| (whole, part)));
         let possible: Vec<(usize, usize)> =
-            pairs.filter(|&(whole, part)| is_part(&tracks[part], &tracks[whole])).collect();
+            pairs.filter(|&(whole, part)| is_part(&tracks[part], &tracks[whole]) && is_long(&walks[part])).collect();
         let &(whole, part) = possible.get((turn % possible.len().max(1) as u64) as usize)?;
         Some((whole, sums(self.points, &walks[whole], &walks[part])))
     }
@@ -123,6 +133,10 @@ impl<'a> WalkFinder<'a> {
         // A point that was in the stream has distances.
         *self.nearest.entry(*id).or_insert_with(|| points.nearest(coordinates.as_slice()).ok().flatten())
     }
+}
+
+fn is_long(walk: &ClosedWalk) -> bool {
+    walk.vertices.len() > SHORT
 }
 
 /// Whether the cycle of a track may be added to that of another one. The sum dies with the other one's dot still.

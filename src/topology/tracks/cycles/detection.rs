@@ -1,4 +1,4 @@
-//! Detections in R^d: dots, and the shortest cycles of some of them.
+//! Detections in R^d: dots, and short cycles of some of them.
 //!
 //! In: nothing.
 //! Out: the types, and the queries of a tracker to the space of a frame.
@@ -53,8 +53,8 @@ pub struct TrackedCycle {
 
 /// What a tracker asks of the space of a frame.
 pub trait CycleSource {
-    /// The shortest cycle of a dot of the frame.
-    fn cycle(&mut self, detection: &CycleDetection) -> TrackedCycle;
+    /// A short cycle of a dot of the frame, which is born with it.
+    fn cycle(&self, detection: &CycleDetection) -> TrackedCycle;
     /// A closed walk in the frame as a cycle.
     fn along(&self, walk: &[VertexId]) -> TrackedCycle;
     /// The distance between two points; +infinity if one of them is nowhere in the space.

@@ -6,10 +6,10 @@
 //! track only if their persistences are alike, so that noise takes over no track.
 //! Must not know: events, hysteresis.
 //!
-//! A track is identified by the homology class of its cycle, and a class by when it dies: with the last of the dots that
-//! it is the sum of. The classes of all tracks are turned into pairs of a track and a dot by elimination. What is left, because a cycle is not there any more or bounds something, is recognized by
-//! vertices that its cycle has in common with that of a dot, and then by centre and radius inside a gate. Never by the
-//! critical edge, which jumps.
+//! A track is identified by the homology class of its cycle, and a class by when it dies: with the last of the dots
+//! that it is the sum of. The classes of all tracks are turned into pairs of a track and a dot by elimination. What is
+//! left, because a cycle is not there any more or bounds something, is recognized by vertices that its cycle has in
+//! common with that of a dot, and then by centre and radius inside a gate. Never by the critical edge, which jumps.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeSet, HashMap, HashSet};
@@ -70,7 +70,7 @@ pub fn recognize(
     answers: &[WalkAnswer],
     detections: &[CycleDetection],
     is_selected: &[bool],
-    source: &mut impl CycleSource,
+    source: &impl CycleSource,
 ) -> Recognized {
     let found = Recognized {
         own: vec![None; known.len()],
@@ -179,12 +179,12 @@ impl Search<'_> {
         pairs.filter(|&(track, place)| self.goes_on(track, place)).collect()
     }
 
-    fn cycle(&mut self, place: usize, source: &mut impl CycleSource) -> &TrackedCycle {
+    fn cycle(&mut self, place: usize, source: &impl CycleSource) -> &TrackedCycle {
         self.found.cycles.entry(place).or_insert_with(|| source.cycle(&self.detections[place]))
     }
 
     /// Possible pairs whose cycles have vertices in common.
-    fn pairs_in_common(&mut self, source: &mut impl CycleSource) -> Vec<Pair> {
+    fn pairs_in_common(&mut self, source: &impl CycleSource) -> Vec<Pair> {
         let mut pairs = Vec::new();
         let mut walks: HashMap<usize, HashSet<VertexId>> = HashMap::new();
         for (row, column) in self.possible_pairs() {
@@ -200,7 +200,7 @@ impl Search<'_> {
     }
 
     /// Possible pairs inside the gate, around the last or the predicted centre.
-    fn pairs_near(&mut self, source: &mut impl CycleSource) -> Vec<Pair> {
+    fn pairs_near(&mut self, source: &impl CycleSource) -> Vec<Pair> {
         let mut pairs = Vec::new();
         for (row, column) in self.possible_pairs() {
             let known = &self.known[row];

@@ -7,11 +7,11 @@
 //! Must not know: how dots, cycles and classes are found, formats, hysteresis.
 //!
 //! A track that begins was split from another one if that one's cycle is now the sum of its own dot and the new one, or
-//! if the new cycle lies along the one that the other had. A track that ends was merged into another one if both cycles
-//! have become of one class, or if its cycle lies along that of the other. In both cases the scale at which it is
-//! filled must be comparable, so that noise on a cycle is no part of it. So it is told that a ring pinches in two, and
-//! that two rings that touch become one. It is not told of holes that meet or part over a long side, where neither
-//! cycle lies along the other.
+//! if the new cycle lies along it. A track that ends was merged into another one if both cycles have become of one
+//! class, or if its cycle lies along that of the other. In both cases the scale at which it is filled must be
+//! comparable, so that noise on a cycle is no part of it. So it is told that a ring pinches in two, and that two rings
+//! that touch become one. It is not told of holes that meet or part over a long side, where neither cycle lies along
+//! the other; then the track is born, or dies.
 
 use super::detection::{CycleDetection, CycleSource, TrackedCycle};
 use super::recognition::{LastSeen, Recognized, recognize};
@@ -45,7 +45,7 @@ impl Tracker<CycleState> {
         at: FrameStamp,
         detections: Detections<CycleDetection>,
         answers: &[WalkAnswer],
-        source: &mut S,
+        source: &S,
     ) -> TrackStep<SpaceTrack> {
         let Detections { all, is_selected, left_out } = detections;
         let known: Vec<LastSeen<'_>> = self.states.iter().map(|state| state.last_seen(at.number)).collect();
@@ -53,19 +53,24 @@ impl Tracker<CycleState> {
             recognize(&known, answers, &all, &is_selected, source);
         let mut is_new = is_selected.clone();
         own.iter().flatten().for_each(|&place| is_new[place] = false);
-        let mut cycle =
-            |place: usize, source: &mut S| cycles.remove(&place).unwrap_or_else(|| source.cycle(&all[place]));
+        let mut cycle = |place: usize| cycles.remove(&place).unwrap_or_else(|| source.cycle(&all[place]));
         let newcomers: Vec<(usize, TrackedCycle)> =
-            (0..all.len()).filter(|&place| is_new[place]).map(|place| (place, cycle(place, source))).collect();
-        let parents: Vec<Option<u64>> =
-            newcomers.iter().map(|(place, cycle)| self.parent(part_of[*place], &all[*place], cycle, source)).collect();
+            (0..all.len()).filter(|&place| is_new[place]).map(|place| (place, cycle(place))).collect();
+        let walks: Vec<TrackedCycle> =
+            answers.iter().filter(|_| !newcomers.is_empty()).map(|answer| source.along(&answer.vertices)).collect();
+        let parent = |(place, cycle): &(usize, TrackedCycle)| {
+            let birth = |track: usize| self.states[track].life.track.birth;
+            let lies_in = |track: usize| lies_along(cycle, &walks[track], birth(track), source);
+            self.parent(part_of[*place], &all[*place], lies_in)
+        };
+        let parents: Vec<Option<u64>> = newcomers.iter().map(parent).collect();
         for (track, state) in self.states.iter_mut().enumerate() {
             let Some(place) = own[track] else {
                 state.life.miss();
                 continue;
             };
             // A cycle that dies with the dot is taken along. Else the dot may have a better one.
-            let cycle = if is_own[track] { source.along(&answers[track].vertices) } else { cycle(place, source) };
+            let cycle = if is_own[track] { source.along(&answers[track].vertices) } else { cycle(place) };
             state.see(at.number, all[place].clone(), (cycle, is_own[track]), is_selected[place]);
         }
         self.find_heirs(&absorbed_by, source);
@@ -80,25 +85,25 @@ impl Tracker<CycleState> {
     }
 
     /// The key of the announced track that a new dot is a part of, before the tracks are updated: that whose class it
-    /// is a part of, else the first along whose cycle it lies.
+    /// is a part of, else the first in whose cycle it lies.
     fn parent(
         &self,
         part_of: Option<usize>,
         detection: &CycleDetection,
-        cycle: &TrackedCycle,
-        source: &impl CycleSource,
+        lies_in: impl Fn(usize) -> bool,
     ) -> Option<u64> {
-        let is_part = |state: &&CycleState| {
-            state.life.is_announced && detection.critical.death >= SUBSTANTIAL * state.life.track.death
+        let is_part = |&track: &usize| {
+            let life = &self.states[track].life;
+            life.is_announced && detection.critical.death >= SUBSTANTIAL * life.track.death
         };
-        let by_class = part_of.map(|track| &self.states[track]).filter(is_part);
-        let by_place = || self.states.iter().filter(is_part).find(|state| lies_along(cycle, state, source));
-        by_class.or_else(by_place).map(|state| state.life.key)
+        let by_class = part_of.filter(is_part);
+        let by_place = || (0..self.states.len()).filter(is_part).find(|&track| lies_in(track));
+        by_class.or_else(by_place).map(|track| self.states[track].life.key)
     }
 
     /// Finds the tracks that the missing ones have become parts of.
     fn find_heirs(&mut self, absorbed_by: &[Option<usize>], source: &impl CycleSource) {
-        for place in 0..self.states.len() {
+        for (place, &absorbed_by) in absorbed_by.iter().enumerate() {
             let state = &self.states[place];
             if !state.life.is_announced || state.life.missed == 0 || state.heir.is_some() {
                 continue;
@@ -106,24 +111,29 @@ impl Tracker<CycleState> {
             let is_heir = |other: &&CycleState| {
                 other.life.is_detected() && state.life.track.death >= SUBSTANTIAL * other.life.track.death
             };
-            let by_class = absorbed_by[place].map(|heir| &self.states[heir]).filter(is_heir);
-            let by_place = || self.states.iter().filter(is_heir).find(|other| lies_along(&state.cycle, other, source));
+            let by_class = absorbed_by.map(|heir| &self.states[heir]).filter(is_heir);
+            // The other's own cycle may be that of a part still. The one born with its dot goes around the whole.
+            let lies_in = |other: &&CycleState| {
+                let is_along = |whole: &TrackedCycle| lies_along(&state.cycle, whole, other.life.track.birth, source);
+                is_along(&other.cycle) || is_along(&source.cycle(&other.detection))
+            };
+            let by_place = || self.states.iter().filter(is_heir).find(lies_in);
             let heir = by_class.or_else(by_place).map(|heir| heir.life.key);
             self.states[place].heir = heir;
         }
     }
 }
 
-/// Whether a cycle lies along that of a track: most of its vertices are as near to one of the track's as these are to
-/// each other.
-fn lies_along(cycle: &TrackedCycle, track: &CycleState, source: &impl CycleSource) -> bool {
-    let along = &track.cycle;
+/// Whether a cycle lies along another one, of a track with some birth: most of its vertices are as near to one of the
+/// other's as these are to each other.
+fn lies_along(cycle: &TrackedCycle, along: &TrackedCycle, birth: f64, source: &impl CycleSource) -> bool {
     if source.distance(&cycle.center, &along.center) > cycle.radius + along.radius {
         return false;
     }
-    let reach = 2.0 * track.life.track.birth;
-    let is_near =
-        |vertex: &[f64]| along.vertices.iter().any(|(_, other)| source.distance(vertex, other.as_slice()) <= reach);
+    let points = || along.vertices.iter().map(|(_, point)| point.as_slice());
+    let steps = points().zip(points().cycle().skip(1)).map(|(a, b)| source.distance(a, b));
+    let reach = steps.fold(2.0 * birth, f64::max);
+    let is_near = |point: &[f64]| points().any(|other| source.distance(point, other) <= reach);
     let near = cycle.vertices.iter().filter(|(_, vertex)| is_near(vertex.as_slice())).count();
     near as f64 >= ALONG * cycle.vertices.len() as f64
 }
