@@ -10,7 +10,7 @@
 
 use super::classes::{Classes, Total};
 use super::forest::Forest;
-use super::halving::Halving;
+use super::halving::{Halving, Middles};
 use super::lune::{Lune, Lunes};
 use super::neighbours::{Neighbour, Neighbours};
 use super::packed::Packed;
@@ -37,6 +37,7 @@ pub struct Sweep<'s> {
     births: Vec<Pair>,
     deaths: Vec<Option<Pair>>,
     classes: Classes,
+    middles: Middles,
 }
 
 impl<'s> Sweep<'s> {
@@ -63,6 +64,7 @@ impl<'s> Sweep<'s> {
             births: Vec::new(),
             deaths: Vec::new(),
             classes,
+            middles: Middles::new(count),
         }
     }
 
@@ -98,6 +100,7 @@ impl<'s> Sweep<'s> {
             placement: &self.placement,
             graph: self.lunes[0].graph(),
             neighbours: &self.neighbours,
+            middles: &self.middles,
         }
     }
 
