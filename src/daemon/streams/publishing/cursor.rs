@@ -415,7 +415,7 @@ impl Cursor {
             }
             NextTracks::Message(tracks) => {
                 state.track_position = TrackPosition { sent: state.at, seen: state.at };
-                encoded(tracks, &self.consumer.account)
+                encoded(*tracks, &self.consumer.account)
             }
         }
     }

@@ -106,7 +106,7 @@ pub enum NextTracks {
     /// Nothing has happened.
     Nothing,
     /// A message.
-    Message(wire::Message),
+    Message(Box<wire::Message>),
 }
 
 /// The last frames of a stream's tracks.
@@ -155,7 +155,8 @@ impl<K: TrackKind> TrackLog<K> {
         };
         let now = &self.frames[last];
         let message = |from, events, alive, cycles| {
-            NextTracks::Message(K::message(TrackSpan { frame: at, ..now.span(stream, from) }, events, alive, cycles))
+            let span = TrackSpan { frame: at, ..now.span(stream, from) };
+            NextTracks::Message(Box::new(K::message(span, events, alive, cycles)))
         };
         let cycles = |is_new: &dyn Fn(u64, &Arc<wire::TrackCycle>) -> bool| {
             let all = now.living.iter().filter(|_| with_cycles).filter_map(|living| living.cycle.as_ref());
@@ -220,10 +221,9 @@ mod tests {
     }
 
     fn message_of(next: NextTracks) -> wire::Tracks {
-        match next {
-            NextTracks::Message(wire::Message::Tracks(tracks)) => tracks,
-            other => panic!("{other:?}"),
-        }
+        let NextTracks::Message(message) = next else { panic!("{next:?}") };
+        let wire::Message::Tracks(tracks) = *message else { panic!("{message:?}") };
+        tracks
     }
 
     fn at(frame: u64) -> TrackPosition {
