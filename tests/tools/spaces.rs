@@ -39,6 +39,11 @@ fn a_recording_of_any_names_has_both_kinds_and_one_of_the_plane_stays_readable_f
     let (from, to) = (format!("--from {}", daemon.address), format!("--to {}", daemon.address));
     hopes("feed - --stream flat").and(&to).reads("0,0\n1,0\n1,1\n0,1\n").out();
     hopes("feed - --stream deep --metric manhattan").and(&to).reads(SQUARES).out();
+    let status = hopes("status --spaces --connect").with(&daemon.address);
+    let table = status.runs().text();
+    assert!(table.contains("deep    manhattan") && table.ends_with("        3\n"), "{table}");
+    let json = status.and("--json").runs().text();
+    assert!(json.lines().nth(1).unwrap().contains("\"metric\":\"Manhattan\",\"dimension\":3"), "{json}");
     let all = hopes("record --stream * --frames 2 -o -").and(&from).runs().out();
     assert_eq!(Banner::decode(&all).unwrap().lowest, SPACE_FILE_VERSION);
     let played = hopes("replay - --fast").reads(&all).text();
