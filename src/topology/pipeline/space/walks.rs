@@ -9,17 +9,18 @@
 //! the length that is asked for: then the triangle of the three was filled. Any other becomes the vertex that is
 //! nearest to where it was. So a cycle is found again also if all points have moved a little.
 //!
-//! A cycle is not only found, but made shorter, within its class: see [`Shortening`]. Where a shorter one is the sum of
-//! it and of the cycle of a dot that dies earlier, that is taken: it is of the same dot. So two holes that were one get
-//! each its own cycle.
+//! A cycle is not only found, but made shorter: within its class by [`Shortening`], and by other loops through one of
+//! its vertices ([`loops`]) that are shorter and die with the same dot. So two holes that were one get each its own
+//! cycle, and a cycle that winds around two holes becomes one around the hole that lives longer.
 
 use std::collections::HashMap;
 
+use super::loops::{LoopSearch, loops};
 use super::shortening::Shortening;
 use crate::topology::cloud::{VertexId, Vertices};
 use crate::topology::metric::rips::ClosedWalk;
 use crate::topology::metric::space::{Distances, Points};
-use crate::topology::skeleton::EdgeId;
+use crate::topology::skeleton::{EdgeId, Skeleton};
 use crate::topology::tracks::{TrackWalk, WalkAnswer};
 
 /// What dies before this share of the time of another one does so in the next frame too.
@@ -31,11 +32,20 @@ const STEP: f64 = 0.7;
 /// How often each vertex of a cycle is moved.
 const MOVES: usize = 4;
 
-/// How often each vertex of a sum of two cycles is moved.
-const MOVES_OF_SUM: usize = 16;
-
 /// A cycle of so few vertices is short: most of those in noise.
 const SHORT: usize = 6;
+
+/// Another loop is taken if it is at most this share of the cycle.
+const SHORTER: f64 = 0.97;
+
+/// What is asked of a frame: the classes of some walks.
+#[derive(Debug, Default)]
+pub struct Asked {
+    /// The cycles of the tracks, then the loops.
+    pub walks: Vec<ClosedWalk>,
+    /// The tracks whose cycles the loops may be instead, each with its loops from the shortest on.
+    of: Vec<usize>,
+}
 
 /// Finds cycles in the space of a frame.
 pub struct WalkFinder<'a> {
@@ -53,43 +63,52 @@ impl<'a> WalkFinder<'a> {
         Self { points, places, threshold, nearest: HashMap::new() }
     }
 
-    /// Cycles in the space, made shorter. `turn` says which sum of two of them is tried.
-    pub fn walks(&mut self, tracks: &[TrackWalk], turn: u64) -> Vec<ClosedWalk> {
-        let mut walks: Vec<ClosedWalk> = tracks.iter().map(|track| self.walk(track)).collect();
+    /// Cycles in the space, made shorter, and other loops for those of them that are new, and for one more: `turn` says
+    /// which one, and through which of its vertices.
+    pub fn ask(&mut self, tracks: &[TrackWalk], turn: u64) -> Asked {
         let mut shortening = Shortening::new(self.points);
-        if let Some((whole, sums)) = self.sums(tracks, &walks, turn) {
-            // With long steps few moves lead far.
-            let mut least = walks[whole].clone();
-            let step = least.length;
-            shortening.shorten(&mut least, step, MOVES_OF_SUM);
-            for mut sum in sums {
-                shortening.shorten(&mut sum, step, MOVES_OF_SUM);
-                if shortening.extent(&sum) < shortening.extent(&least) {
-                    least = sum;
-                    walks[whole].clone_from(&least);
-                }
-            }
+        let mut asked = Asked { walks: tracks.iter().map(|track| self.walk(track)).collect(), of: Vec::new() };
+        let cycles = asked.walks.iter_mut().zip(tracks);
+        cycles.for_each(|(walk, track)| self.shorten(&mut shortening, walk, track));
+        for of in searched(tracks, &asked.walks, turn) {
+            let walk = &asked.walks[of];
+            let mut found = self.loops(&mut shortening, walk, &tracks[of], turn);
+            asked.of.extend(found.iter().map(|_| of));
+            asked.walks.append(&mut found);
         }
-        for (walk, track) in walks.iter_mut().zip(tracks) {
-            let step = self.step(track);
-            shortening.divide(walk, step);
-            if is_long(walk) {
-                shortening.shorten(walk, walk.length, MOVES);
-                shortening.divide(walk, step);
-                shortening.shorten(walk, step, 1);
-            }
-            walk.length = walk.length.max(shortening.longest_step(walk));
-        }
-        walks
+        asked
     }
 
-    /// The sums of one track's cycle and one of a dot that dies earlier, and the place of that track.
-    fn sums(&self, tracks: &[TrackWalk], walks: &[ClosedWalk], turn: u64) -> Option<(usize, Vec<ClosedWalk>)> {
-        let pairs = (0..tracks.len()).flat_map(|whole| (0..tracks.len()).map(move |part| (whole, part)));
-        let possible: Vec<(usize, usize)> =
-            pairs.filter(|&(whole, part)| is_part(&tracks[part], &tracks[whole]) && is_long(&walks[part])).collect();
-        let &(whole, part) = possible.get((turn % possible.len().max(1) as u64) as usize)?;
-        Some((whole, sums(self.points, &walks[whole], &walks[part])))
+    fn shorten(&self, shortening: &mut Shortening<'_>, walk: &mut ClosedWalk, track: &TrackWalk) {
+        let step = self.step(track);
+        shortening.divide(walk, step);
+        if is_long(walk) {
+            shortening.shorten(walk, walk.length, MOVES);
+            shortening.divide(walk, step);
+            shortening.shorten(walk, step, 1);
+        }
+        walk.length = walk.length.max(shortening.longest_step(walk));
+    }
+
+    /// Loops through a vertex of a track's cycle that are shorter than that, the shortest first.
+    fn loops(
+        &self,
+        shortening: &mut Shortening<'_>,
+        walk: &ClosedWalk,
+        track: &TrackWalk,
+        turn: u64,
+    ) -> Vec<ClosedWalk> {
+        let longest = SHORTER * shortening.extent(walk);
+        let wanted = LoopSearch { step: self.step(track), apart: walk.length, longest };
+        let loops = loops(self.points, walk.vertices[spread(turn, walk.vertices.len())], wanted);
+        let walk = |vertices| {
+            let mut walk = ClosedWalk { vertices, length: walk.length };
+            self.shorten(shortening, &mut walk, track);
+            walk
+        };
+        let mut found: Vec<ClosedWalk> = loops.into_iter().map(walk).filter(|walk| walk.vertices.len() > 2).collect();
+        found.sort_by(|a, b| shortening.extent(a).total_cmp(&shortening.extent(b)));
+        found
     }
 
     /// The scale at which a cycle is asked for: the geometric mean of birth and death. A death beyond the filtration is
@@ -139,33 +158,55 @@ fn is_long(walk: &ClosedWalk) -> bool {
     walk.vertices.len() > SHORT
 }
 
-/// Whether the cycle of a track may be added to that of another one. The sum dies with the other one's dot still.
-fn is_part(part: &TrackWalk, whole: &TrackWalk) -> bool {
-    part.is_own && whole.is_own && part.death <= CLEARLY_EARLIER * whole.death
+/// The tracks whose cycles are compared with other loops: those that are not known to be their dots' own, and one more.
+fn searched(tracks: &[TrackWalk], walks: &[ClosedWalk], turn: u64) -> Vec<usize> {
+    let long: Vec<usize> = (0..tracks.len()).filter(|&track| is_long(&walks[track])).collect();
+    let (own, mut searched): (Vec<usize>, Vec<usize>) = long.into_iter().partition(|&track| tracks[track].is_own);
+    searched.extend(own.get((turn % own.len().max(1) as u64) as usize));
+    searched
 }
 
-/// The sum of two cycles as one closed walk, in both directions; none if they are not joined at the length of the first
-/// one: around the first, along an edge to the second, around that, and back along the same edge.
-fn sums(points: &Points, own: &ClosedWalk, part: &ClosedWalk) -> Vec<ClosedWalk> {
-    let pairs = (0..own.vertices.len()).flat_map(|at| (0..part.vertices.len()).map(move |to| (at, to)));
-    let apart = |&(at, to): &(usize, usize)| points.length(own.vertices[at], part.vertices[to]);
-    let nearest = pairs.map(|pair| (apart(&pair), pair)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let Some((_, (at, to))) = nearest.filter(|&(apart, _)| apart <= own.length) else { return Vec::new() };
-    let mut around: Vec<u32> = [&part.vertices[to..], &part.vertices[..=to]].concat();
-    let sum = |around: &[u32]| {
-        let vertices = [&own.vertices[..=at], around, &own.vertices[at..]].concat();
-        ClosedWalk { vertices, length: own.length }
+/// A number less than `count`. Those of successive turns are spread (Fibonacci hashing).
+fn spread(turn: u64, count: usize) -> usize {
+    let part = turn.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+    (part * count as u64 >> 32) as usize
+}
+
+/// Answers in the names of a space, from what was asked and the classes of that.
+pub fn answers(
+    names: &Vertices,
+    asked: Asked,
+    mut classes: Vec<Option<Vec<EdgeId>>>,
+    skeleton: &Skeleton,
+) -> Vec<WalkAnswer> {
+    let Asked { mut walks, of } = asked;
+    let loops = walks.split_off(walks.len() - of.len());
+    let of_loops = classes.split_off(walks.len());
+    let deaths: HashMap<EdgeId, f64> = match of[..] {
+        [] => HashMap::new(),
+        _ => skeleton.unsorted_dots().iter().map(|dot| (skeleton.edge_id(dot.edge), dot.death)).collect(),
     };
-    let forwards = sum(&around);
-    around.reverse();
-    vec![forwards, sum(&around)]
-}
-
-/// Answers in the names of a space, from walks and their classes.
-pub fn answers(names: &Vertices, walks: Vec<ClosedWalk>, classes: Vec<Option<Vec<EdgeId>>>) -> Vec<WalkAnswer> {
+    // The shortest loop comes last, and stays.
+    for ((track, walk), class) in of.into_iter().zip(loops).zip(of_loops).rev() {
+        if let (Some(own), Some(other)) = (&classes[track], &class)
+            && die_with_one_dot(own, other, &deaths)
+        {
+            walks[track] = walk;
+            classes[track] = class;
+        }
+    }
     let answer = |(walk, dots): (ClosedWalk, _)| {
         let vertices = walk.vertices.into_iter().map(|vertex| names.id(vertex)).collect();
         WalkAnswer { vertices, dots }
     };
     walks.into_iter().zip(classes).map(answer).collect()
+}
+
+/// Whether another class differs from one by dots alone that die clearly earlier than that.
+fn die_with_one_dot(own: &[EdgeId], other: &[EdgeId], deaths: &HashMap<EdgeId, f64>) -> bool {
+    // What is no dot dies as it is born.
+    let death = |dot: &EdgeId| deaths.get(dot).copied().unwrap_or(0.0);
+    let last = CLEARLY_EARLIER * own.iter().map(death).fold(0.0, f64::max);
+    let differs = own.iter().filter(|dot| !other.contains(dot)).chain(other.iter().filter(|dot| !own.contains(dot)));
+    differs.map(death).all(|death| death <= last && death.is_finite())
 }
