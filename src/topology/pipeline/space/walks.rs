@@ -38,6 +38,9 @@ const SHORT: usize = 6;
 /// Another loop is taken if it is at most this share of the cycle.
 const SHORTER: f64 = 0.97;
 
+/// Through so many vertices of a new cycle other loops are looked for.
+const PLACES: usize = 3;
+
 /// What is asked of a frame: the classes of some walks.
 #[derive(Debug, Default)]
 pub struct Asked {
@@ -70,9 +73,8 @@ impl<'a> WalkFinder<'a> {
         let mut asked = Asked { walks: tracks.iter().map(|track| self.walk(track)).collect(), of: Vec::new() };
         let cycles = asked.walks.iter_mut().zip(tracks);
         cycles.for_each(|(walk, track)| self.shorten(&mut shortening, walk, track));
-        for of in searched(tracks, &asked.walks, turn) {
-            let walk = &asked.walks[of];
-            let mut found = self.loops(&mut shortening, walk, &tracks[of], turn);
+        for (of, through) in searched(tracks, &asked.walks, turn) {
+            let mut found = self.loops(&mut shortening, &asked.walks[of], &through, &tracks[of]);
             asked.of.extend(found.iter().map(|_| of));
             asked.walks.append(&mut found);
         }
@@ -90,25 +92,27 @@ impl<'a> WalkFinder<'a> {
         walk.length = walk.length.max(shortening.longest_step(walk));
     }
 
-    /// Loops through a vertex of a track's cycle that are shorter than that, the shortest first.
+    /// Loops through some vertices of a track's cycle that are shorter than that, the shortest first.
     fn loops(
         &self,
         shortening: &mut Shortening<'_>,
-        walk: &ClosedWalk,
+        cycle: &ClosedWalk,
+        through: &[u32],
         track: &TrackWalk,
-        turn: u64,
     ) -> Vec<ClosedWalk> {
-        let longest = SHORTER * shortening.extent(walk);
-        let wanted = LoopSearch { step: self.step(track), apart: walk.length, longest };
-        let loops = loops(self.points, walk.vertices[spread(turn, walk.vertices.len())], wanted);
-        let walk = |vertices| {
-            let mut walk = ClosedWalk { vertices, length: walk.length };
+        let longest = SHORTER * shortening.extent(cycle);
+        let wanted = LoopSearch { step: self.step(track), apart: cycle.length, longest };
+        let mut found = Vec::new();
+        for vertices in through.iter().flat_map(|&vertex| loops(self.points, vertex, wanted)) {
+            let mut walk = ClosedWalk { vertices, length: cycle.length };
             self.shorten(shortening, &mut walk, track);
-            walk
-        };
-        let mut found: Vec<ClosedWalk> = loops.into_iter().map(walk).filter(|walk| walk.vertices.len() > 2).collect();
-        found.sort_by(|a, b| shortening.extent(a).total_cmp(&shortening.extent(b)));
-        found
+            // Else it is filled.
+            if walk.vertices.len() > 3 {
+                found.push((shortening.extent(&walk), walk));
+            }
+        }
+        found.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        found.into_iter().map(|(_, walk)| walk).collect()
     }
 
     /// The scale at which a cycle is asked for: the geometric mean of birth and death. A death beyond the filtration is
@@ -158,12 +162,19 @@ fn is_long(walk: &ClosedWalk) -> bool {
     walk.vertices.len() > SHORT
 }
 
-/// The tracks whose cycles are compared with other loops: those that are not known to be their dots' own, and one more.
-fn searched(tracks: &[TrackWalk], walks: &[ClosedWalk], turn: u64) -> Vec<usize> {
+/// The tracks whose cycles are compared with other loops, and the vertices that these go through. Those that are not
+/// known to be their dots' own are searched thoroughly, and of the others one.
+fn searched(tracks: &[TrackWalk], walks: &[ClosedWalk], turn: u64) -> Vec<(usize, Vec<u32>)> {
     let long: Vec<usize> = (0..tracks.len()).filter(|&track| is_long(&walks[track])).collect();
-    let (own, mut searched): (Vec<usize>, Vec<usize>) = long.into_iter().partition(|&track| tracks[track].is_own);
-    searched.extend(own.get((turn % own.len().max(1) as u64) as usize));
-    searched
+    let (own, new): (Vec<usize>, Vec<usize>) = long.into_iter().partition(|&track| tracks[track].is_own);
+    let one = own.get((turn % own.len().max(1) as u64) as usize);
+    let through = |track: usize, places: usize| {
+        let vertices = &walks[track].vertices;
+        let first = spread(turn, vertices.len());
+        let vertex = |number| vertices[(first + number * vertices.len() / places) % vertices.len()];
+        (track, (0..places).map(vertex).collect())
+    };
+    new.into_iter().map(|track| through(track, PLACES)).chain(one.map(|&track| through(track, 1))).collect()
 }
 
 /// A number less than `count`. Those of successive turns are spread (Fibonacci hashing).
