@@ -31,9 +31,18 @@ pub struct LoopSearch {
     pub longest: f64,
 }
 
-/// A loop that a step from `ends[0]` to `ends[1]` closes.
+/// A loop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loop {
+    /// Its vertices.
+    pub vertices: Vec<u32>,
+    /// The sum of its steps, by radii.
+    pub extent: f64,
+}
+
+/// A loop by the ends of the step that closes it.
 #[derive(Clone, Copy, Debug)]
-struct Loop {
+struct Closing {
     extent: f64,
     ends: [u32; 2],
 }
@@ -48,16 +57,27 @@ struct Paths<'a> {
     before: Vec<u32>,
     /// The vertices on the way to each one that is settled: at a quarter, and halfway.
     passed: Vec<Option<[u32; 2]>>,
-    found: Vec<Loop>,
+    found: Vec<Closing>,
 }
 
 /// Loops through a vertex, the shortest first.
-pub fn loops(points: &Points, through: u32, wanted: LoopSearch) -> Vec<Vec<u32>> {
+pub fn loops(points: &Points, through: u32, wanted: LoopSearch) -> Vec<Loop> {
+    let mut row = vec![0.0; points.count()];
+    points.lengths(through, 0, &mut row);
+    // No loop leaves this ball.
+    let is_near = |&vertex: &u32| 2.0 * points.radius(row[vertex as usize]) <= wanted.longest;
+    let near: Vec<u32> = (0..row.len() as u32).filter(is_near).collect();
+    let through = near.partition_point(|&vertex| vertex < through) as u32;
+    let points = points.subset(&near);
     let count = points.count();
     let (far, before, passed) = (vec![f64::INFINITY; count], vec![through; count], vec![None; count]);
-    let mut paths = Paths { points, wanted, far, before, passed, found: Vec::new() };
+    let mut paths = Paths { points: &points, wanted, far, before, passed, found: Vec::new() };
     paths.explore(through);
-    paths.kinds().into_iter().map(|ends| paths.around(through, ends)).collect()
+    let named = |closing: Closing| {
+        let around = paths.around(through, closing.ends).into_iter();
+        Loop { vertices: around.map(|vertex| near[vertex as usize]).collect(), extent: closing.extent }
+    };
+    paths.kinds().into_iter().map(named).collect()
 }
 
 impl Paths<'_> {
@@ -88,7 +108,7 @@ impl Paths<'_> {
         if let (Some([a, _]), Some([b, _])) = (self.passed[vertex as usize], self.passed[next as usize]) {
             let extent = to + self.far[next as usize];
             if extent <= self.wanted.longest && !self.are_near(a, b) {
-                self.found.push(Loop { extent, ends: [next, vertex] });
+                self.found.push(Closing { extent, ends: [next, vertex] });
             }
             return false;
         }
@@ -113,23 +133,24 @@ impl Paths<'_> {
         self.points.length(a, b) <= self.wanted.apart
     }
 
-    /// The first loops of different kinds, by their ends.
-    fn kinds(&mut self) -> Vec<[u32; 2]> {
-        self.found.sort_unstable_by(|a, b| a.extent.total_cmp(&b.extent).then(a.ends.cmp(&b.ends)));
-        let mut kinds: Vec<([u32; 2], [u32; 2])> = Vec::new();
-        for &Loop { ends, .. } in &self.found {
-            let [a, b] = ends.map(|end| self.passed[end as usize].map_or(end, |[_, middle]| middle));
-            let is_like = |&(_, [c, d]): &([u32; 2], [u32; 2])| {
+    /// The first loops of different kinds.
+    fn kinds(&self) -> Vec<Closing> {
+        let mut found = self.found.clone();
+        found.sort_unstable_by(|a, b| a.extent.total_cmp(&b.extent).then(a.ends.cmp(&b.ends)));
+        let mut kinds: Vec<(Closing, [u32; 2])> = Vec::new();
+        for closing in found {
+            let [a, b] = closing.ends.map(|end| self.passed[end as usize].map_or(end, |[_, middle]| middle));
+            let is_like = |&(_, [c, d]): &(Closing, [u32; 2])| {
                 self.are_near(a, c) && self.are_near(b, d) || self.are_near(a, d) && self.are_near(b, c)
             };
             if !kinds.iter().any(is_like) {
-                kinds.push((ends, [a, b]));
+                kinds.push((closing, [a, b]));
             }
             if kinds.len() == MOST {
                 break;
             }
         }
-        kinds.into_iter().map(|(ends, _)| ends).collect()
+        kinds.into_iter().map(|(closing, _)| closing).collect()
     }
 
     /// The loop that a step between two vertices closes.
@@ -158,7 +179,7 @@ mod tests {
         let step = points.longest(0.5 * step);
         let wanted = LoopSearch { step, apart: step, longest: 0.5 * longest };
         let found = loops(&points, points.vertices()[through], wanted);
-        found.into_iter().map(|walk| walk.into_iter().map(place).collect()).collect()
+        found.into_iter().map(|found| found.vertices.into_iter().map(place).collect()).collect()
     }
 
     /// The border of a rectangle from (0,0), in steps of 1, from the origin.

@@ -66,21 +66,6 @@ impl<'a> Shortening<'a> {
         best.filter(|&(sum, _)| sum < square).map(|(_, place)| place)
     }
 
-    /// The sum of the steps of a walk, by radii.
-    pub fn extent(&self, walk: &ClosedWalk) -> f64 {
-        self.steps(walk).map(|length| self.points.radius(length)).sum()
-    }
-
-    /// The length of the longest step of a walk.
-    pub fn longest_step(&self, walk: &ClosedWalk) -> f64 {
-        self.steps(walk).fold(0.0, f64::max)
-    }
-
-    fn steps(&self, walk: &ClosedWalk) -> impl Iterator<Item = f64> {
-        let next = walk.vertices.iter().cycle().skip(1);
-        walk.vertices.iter().zip(next).map(|(&a, &b)| self.points.length(a, b))
-    }
-
     /// Leaves out vertices whose neighbours are at most so far apart.
     fn leave_out(&self, walk: &mut ClosedWalk, step: f64) {
         let mut kept: Vec<u32> = Vec::with_capacity(walk.vertices.len());
@@ -151,5 +136,98 @@ impl<'a> Shortening<'a> {
     /// The square of the distance of a length, up to a factor.
     fn square(&self, length: f64) -> f64 {
         if self.points.metric().is_squared() { length } else { length * length }
+    }
+}
+
+/// The sum of the steps of a walk, by radii.
+pub fn extent(points: &Points, walk: &ClosedWalk) -> f64 {
+    steps(points, walk).map(|length| points.radius(length)).sum()
+}
+
+/// The length of the longest step of a walk.
+pub fn longest_step(points: &Points, walk: &ClosedWalk) -> f64 {
+    steps(points, walk).fold(0.0, f64::max)
+}
+
+fn steps(points: &Points, walk: &ClosedWalk) -> impl Iterator<Item = f64> {
+    let next = walk.vertices.iter().cycle().skip(1);
+    walk.vertices.iter().zip(next).map(|(&a, &b)| points.length(a, b))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+    use crate::topology::metric::space::Metric;
+
+    /// Five circles around the origin, of radii 4 to 8, each with so many points.
+    fn annulus() -> Vec<[f64; 2]> {
+        let at = |radius: u32, index: u32| {
+            let angle = TAU * (f64::from(index) + 0.3 * f64::from(radius)) / 48.0;
+            [angle.cos(), angle.sin()].map(|part| f64::from(radius) * part)
+        };
+        (4..9).flat_map(|radius| (0..48).map(move |index| at(radius, index))).collect()
+    }
+
+    fn space(cloud: &[[f64; 2]]) -> Points {
+        Points::new(Metric::Euclidean, 2, cloud.as_flattened()).unwrap()
+    }
+
+    /// How often a walk goes around the origin.
+    fn winding(cloud: &[[f64; 2]], points: &Points, walk: &ClosedWalk) -> f64 {
+        let place = |vertex: u32| cloud[points.rows()[vertex as usize] as usize];
+        let next = walk.vertices.iter().cycle().skip(1);
+        let turn = |(&a, &b): (&u32, &u32)| {
+            let ([x, y], [u, v]) = (place(a), place(b));
+            (x * v - y * u).atan2(x * u + y * v)
+        };
+        walk.vertices.iter().zip(next).map(turn).sum::<f64>() / TAU
+    }
+
+    #[test]
+    fn a_walk_around_a_hole_comes_to_its_rim_and_stays_around_it() {
+        let cloud = annulus();
+        let points = space(&cloud);
+        // Around the outermost circle.
+        let vertices = (4 * 48..5 * 48).map(|row| points.vertices()[row]).collect();
+        let mut walk = ClosedWalk { vertices, length: points.longest(0.75) };
+        let mut shortening = Shortening::new(&points);
+        let mut before = extent(&points, &walk);
+        assert!(before > 25.0);
+        for _ in 0..60 {
+            let step = walk.length;
+            shortening.shorten(&mut walk, step, 4);
+            let now = extent(&points, &walk);
+            assert!(now <= 1.01 * before && longest_step(&points, &walk) <= walk.length, "{now} after {before}");
+            assert!((winding(&cloud, &points, &walk) - 1.0).abs() < 1e-9);
+            before = now;
+        }
+        // The radius of the rim is 4.
+        assert!(before < 13.0, "{before}");
+    }
+
+    #[test]
+    fn a_walk_around_nothing_becomes_a_triangle_at_most() {
+        let grid: Vec<[f64; 2]> = (0..49).map(|at| [f64::from(at % 7), f64::from(at / 7)]).collect();
+        let points = space(&grid);
+        let border =
+            (0..6).chain((0..6).map(|y| 7 * y + 6)).chain((0..6).map(|x| 48 - x)).chain((0..6).map(|y| 42 - 7 * y));
+        let vertices = border.map(|row: usize| points.vertices()[row]).collect();
+        let mut walk = ClosedWalk { vertices, length: points.longest(0.75) };
+        let step = walk.length;
+        Shortening::new(&points).shorten(&mut walk, step, 50);
+        assert!(walk.vertices.len() <= 3, "{walk:?}");
+    }
+
+    #[test]
+    fn a_long_step_is_divided_at_the_vertex_nearest_to_its_middle() {
+        let points = space(&[[0.0, 0.0], [0.4, 0.1], [1.0, 0.1], [2.0, 0.0], [1.0, 5.0]]);
+        let mut walk = ClosedWalk { vertices: vec![0, 3, 4], length: points.longest(0.6) };
+        let step = walk.length;
+        Shortening::new(&points).divide(&mut walk, step);
+        let coordinates: Vec<u32> = walk.vertices.iter().map(|&vertex| points.rows()[vertex as usize]).collect();
+        // No vertex is near enough to both ends of the other steps.
+        assert_eq!(coordinates, [0, 2, points.rows()[3], points.rows()[4]]);
     }
 }

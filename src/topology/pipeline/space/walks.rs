@@ -15,8 +15,8 @@
 
 use std::collections::HashMap;
 
-use super::loops::{LoopSearch, loops};
-use super::shortening::Shortening;
+use super::loops::{Loop, LoopSearch, loops};
+use super::shortening::{Shortening, extent, longest_step};
 use crate::topology::cloud::{VertexId, Vertices};
 use crate::topology::metric::rips::ClosedWalk;
 use crate::topology::metric::space::{Distances, Points};
@@ -32,11 +32,22 @@ const STEP: f64 = 0.7;
 /// How often each vertex of a cycle is moved.
 const MOVES: usize = 4;
 
-/// A cycle of so few vertices is short: most of those in noise.
+/// A cycle of so few vertices is short.
 const SHORT: usize = 6;
+
+/// A cycle that dies before this many times its birth may be noise: it is not worth moving.
+const LASTING: f64 = 2.0;
 
 /// Another loop is taken if it is at most this share of the cycle.
 const SHORTER: f64 = 0.97;
+
+/// A circle is this many times as long as the diameter at which it is filled, and no cycle is less than 3 times as long
+/// (Adamaszek and Adams 2017). One up to a fourth longer than the circle may be as short as it can be.
+const OF_A_CIRCLE: f64 = 3.63;
+const SHORTEST: f64 = 1.25 * OF_A_CIRCLE;
+
+/// Loops are looked for up to this many times that diameter: a circle, and there and back.
+const LONGEST: f64 = 2.2 * OF_A_CIRCLE;
 
 /// Through so many vertices of a new cycle other loops are looked for.
 const PLACES: usize = 3;
@@ -69,50 +80,60 @@ impl<'a> WalkFinder<'a> {
     /// Cycles in the space, made shorter, and other loops for those of them that are new, and for one more: `turn` says
     /// which one, and through which of its vertices.
     pub fn ask(&mut self, tracks: &[TrackWalk], turn: u64) -> Asked {
-        let mut shortening = Shortening::new(self.points);
-        let mut asked = Asked { walks: tracks.iter().map(|track| self.walk(track)).collect(), of: Vec::new() };
-        let cycles = asked.walks.iter_mut().zip(tracks);
-        cycles.for_each(|(walk, track)| self.shorten(&mut shortening, walk, track));
-        for (of, through) in searched(tracks, &asked.walks, turn) {
-            let mut found = self.loops(&mut shortening, &asked.walks[of], &through, &tracks[of]);
+        let mut asked = Asked::default();
+        let mut extents = Vec::new();
+        for track in tracks {
+            let walk = self.walk(track);
+            let (walk, extent) = self.shorten(walk, track);
+            extents.push(extent);
+            asked.walks.push(walk);
+        }
+        for (of, through) in searched(tracks, &asked.walks, &extents, turn) {
+            let wanted = LoopSearch {
+                step: self.step(&tracks[of]),
+                apart: asked.walks[of].length,
+                longest: (SHORTER * extents[of]).min(LONGEST * tracks[of].death),
+            };
+            let mut found: Vec<Loop> = through.iter().flat_map(|&vertex| loops(self.points, vertex, wanted)).collect();
+            found.sort_by(|a, b| a.extent.total_cmp(&b.extent));
             asked.of.extend(found.iter().map(|_| of));
-            asked.walks.append(&mut found);
+            let length = asked.walks[of].length;
+            asked.walks.extend(found.into_iter().map(|Loop { vertices, .. }| ClosedWalk { vertices, length }));
         }
         asked
     }
 
-    fn shorten(&self, shortening: &mut Shortening<'_>, walk: &mut ClosedWalk, track: &TrackWalk) {
+    /// Makes a cycle shorter. Returns its extent too.
+    fn shorten(&self, walk: ClosedWalk, track: &TrackWalk) -> (ClosedWalk, f64) {
         let step = self.step(track);
-        shortening.divide(walk, step);
-        if is_long(walk) {
-            shortening.shorten(walk, walk.length, MOVES);
-            shortening.divide(walk, step);
-            shortening.shorten(walk, step, 1);
+        let near = self.around(&walk);
+        let points = self.points.subset(&near);
+        let place = |vertex: &u32| near.partition_point(|other| other < vertex) as u32;
+        let mut walk = ClosedWalk { vertices: walk.vertices.iter().map(place).collect(), ..walk };
+        let mut shortening = Shortening::new(&points);
+        shortening.divide(&mut walk, step);
+        if is_worth_moving(&walk, track) {
+            let length = walk.length;
+            shortening.shorten(&mut walk, length, MOVES);
+            shortening.divide(&mut walk, step);
+            shortening.shorten(&mut walk, step, 1);
         }
-        walk.length = walk.length.max(shortening.longest_step(walk));
+        walk.length = walk.length.max(longest_step(&points, &walk));
+        let extent = extent(&points, &walk);
+        walk.vertices.iter_mut().for_each(|vertex| *vertex = near[*vertex as usize]);
+        (walk, extent)
     }
 
-    /// Loops through some vertices of a track's cycle that are shorter than that, the shortest first.
-    fn loops(
-        &self,
-        shortening: &mut Shortening<'_>,
-        cycle: &ClosedWalk,
-        through: &[u32],
-        track: &TrackWalk,
-    ) -> Vec<ClosedWalk> {
-        let longest = SHORTER * shortening.extent(cycle);
-        let wanted = LoopSearch { step: self.step(track), apart: cycle.length, longest };
-        let mut found = Vec::new();
-        for vertices in through.iter().flat_map(|&vertex| loops(self.points, vertex, wanted)) {
-            let mut walk = ClosedWalk { vertices, length: cycle.length };
-            self.shorten(shortening, &mut walk, track);
-            // Else it is filled.
-            if walk.vertices.len() > 3 {
-                found.push((shortening.extent(&walk), walk));
-            }
-        }
-        found.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        found.into_iter().map(|(_, walk)| walk).collect()
+    /// The vertices that a cycle may be moved to.
+    fn around(&self, walk: &ClosedWalk) -> Vec<u32> {
+        let Some(&first) = walk.vertices.first() else { return Vec::new() };
+        let mut row = vec![0.0; self.points.count()];
+        self.points.lengths(first, 0, &mut row);
+        // No vertex of the cycle is farther away than half of it.
+        let far = 0.5 * extent(self.points, walk) + self.points.radius(walk.length);
+        let is_near =
+            |&vertex: &u32| self.points.radius(row[vertex as usize]) <= far || walk.vertices.contains(&vertex);
+        (0..row.len() as u32).filter(is_near).collect()
     }
 
     /// The scale at which a cycle is asked for: the geometric mean of birth and death. A death beyond the filtration is
@@ -158,15 +179,18 @@ impl<'a> WalkFinder<'a> {
     }
 }
 
-fn is_long(walk: &ClosedWalk) -> bool {
-    walk.vertices.len() > SHORT
+fn is_worth_moving(walk: &ClosedWalk, track: &TrackWalk) -> bool {
+    walk.vertices.len() > SHORT && track.death >= LASTING * track.birth
 }
 
 /// The tracks whose cycles are compared with other loops, and the vertices that these go through. Those that are not
 /// known to be their dots' own are searched thoroughly, and of the others one.
-fn searched(tracks: &[TrackWalk], walks: &[ClosedWalk], turn: u64) -> Vec<(usize, Vec<u32>)> {
-    let long: Vec<usize> = (0..tracks.len()).filter(|&track| is_long(&walks[track])).collect();
-    let (own, new): (Vec<usize>, Vec<usize>) = long.into_iter().partition(|&track| tracks[track].is_own);
+fn searched(tracks: &[TrackWalk], walks: &[ClosedWalk], extents: &[f64], turn: u64) -> Vec<(usize, Vec<u32>)> {
+    let may_be_shorter = |&track: &usize| {
+        is_worth_moving(&walks[track], &tracks[track]) && extents[track] > SHORTEST * tracks[track].death
+    };
+    let long = (0..tracks.len()).filter(may_be_shorter);
+    let (own, new): (Vec<usize>, Vec<usize>) = long.partition(|&track| tracks[track].is_own);
     let one = own.get((turn % own.len().max(1) as u64) as usize);
     let through = |track: usize, places: usize| {
         let vertices = &walks[track].vertices;
@@ -220,4 +244,46 @@ fn die_with_one_dot(own: &[EdgeId], other: &[EdgeId], deaths: &HashMap<EdgeId, f
     let last = CLEARLY_EARLIER * own.iter().map(death).fold(0.0, f64::max);
     let differs = own.iter().filter(|dot| !other.contains(dot)).chain(other.iter().filter(|dot| !own.contains(dot)));
     differs.map(death).all(|death| death <= last && death.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_classes_die_with_the_same_dot_or_are_others() {
+        let [large, like, small, endless] = [1, 2, 3, 4].map(|id| [VertexId(id), VertexId(id + 1)]);
+        let deaths = HashMap::from([(large, 1.0), (like, 0.95), (small, 0.8), (endless, f64::INFINITY)]);
+        let is_same = |own: &[EdgeId], other: &[EdgeId]| die_with_one_dot(own, other, &deaths);
+        assert!(is_same(&[large, small], &[large]) && is_same(&[large], &[large, small]));
+        assert!(is_same(&[endless], &[endless, large]));
+        // What dies at nearly the same time may die last in the next frame.
+        assert!(!is_same(&[large, like], &[large]) && !is_same(&[large], &[like]));
+        assert!(!is_same(&[large], &[large, endless]) && !is_same(&[large, small], &[small]));
+        assert!(!is_same(&[], &[small]) && is_same(&[], &[]));
+        assert!(!is_same(&[endless], &[]));
+    }
+
+    #[test]
+    fn turns_reach_all_vertices() {
+        let mut reached: Vec<usize> = (0..40).map(|turn| spread(turn, 13)).collect();
+        reached.sort_unstable();
+        reached.dedup();
+        assert_eq!(reached, (0..13).collect::<Vec<usize>>());
+        assert_eq!(spread(u64::MAX, 1), 0);
+    }
+
+    #[test]
+    fn new_cycles_are_searched_and_one_known_one_at_a_time() {
+        let track = |is_own| TrackWalk { vertices: [].into(), birth: 1.0, death: 4.0, is_own };
+        let tracks = [true, false, true, true].map(track);
+        let walk = |first: u32, count: u32| ClosedWalk { vertices: (first..first + count).collect(), length: 1.0 };
+        let walks = [walk(0, 9), walk(20, 9), walk(40, 9), walk(60, 6)];
+        let of = |extents: &[f64; 4], turn| -> Vec<(usize, usize)> {
+            searched(&tracks, &walks, extents, turn).iter().map(|(track, through)| (*track, through.len())).collect()
+        };
+        assert_eq!((of(&[20.0; 4], 0), of(&[20.0; 4], 1)), (vec![(1, 3), (0, 1)], vec![(1, 3), (2, 1)]));
+        // No cycle that dies at 4 is much shorter than 18.
+        assert_eq!(of(&[20.0, 18.0, 18.0, 20.0], 1), [(0, 1)]);
+    }
 }
