@@ -25,8 +25,8 @@ const REMEMBERED: usize = if cfg!(test) { 1 << 3 } else { 1 << 15 };
 /// The same for each vertex of a small space.
 const OF_A_VERTEX: usize = 32;
 
-/// Middles of edges that were found before. A vertex that is in the lune of an edge stays there: which edges come before
-/// it does not change. Of edges that fall on one place, the last is remembered.
+/// Middles of edges that were found before. A vertex that is in the lune of an edge stays there: which edges come
+/// before it does not change. Of edges that fall on one place, the last is remembered.
 #[derive(Debug)]
 pub struct Middles(Vec<AtomicU64>);
 
