@@ -204,7 +204,7 @@ fn searched(tracks: &[TrackWalk], walks: &[ClosedWalk], extents: &[f64], turn: u
 /// A number less than `count`. Those of successive turns are spread (Fibonacci hashing).
 fn spread(turn: u64, count: usize) -> usize {
     let part = turn.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
-    (part * count as u64 >> 32) as usize
+    ((part * count as u64) >> 32) as usize
 }
 
 /// Answers in the names of a space, from what was asked and the classes of that.
