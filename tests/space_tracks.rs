@@ -132,7 +132,7 @@ fn separate_holes_keep_their_ids() {
 
 #[test]
 fn the_holes_of_a_torus_keep_their_ids() {
-    // The first cycle of 3, 10 and 40 winds around both holes, that of 9 and 12 around the outside.
+    // The first cycles of 1, 3 and 5 wind around both holes, those of 9 and 12 around the outside.
     for (score, run) in scores(SpaceKind::Torus, 500, [1, 2, 3, 5, 9, 10, 12, 40], 120) {
         assert!(score.idf1() >= 0.98 && score.switches == 0, "{} {score:?} {:?}", score.idf1(), news(&run));
     }
