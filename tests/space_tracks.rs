@@ -105,13 +105,13 @@ fn news(run: &Run) -> Vec<(u64, u64, EventKind)> {
 }
 
 /// The scores of runs with several seeds, 5% of the points new in each frame.
-fn scores(kind: SpaceKind, points: u32, seeds: std::ops::Range<u64>, frames: usize) -> Vec<(Score, Run)> {
+fn scores(kind: SpaceKind, points: u32, seeds: impl IntoIterator<Item = u64>, frames: usize) -> Vec<(Score, Run)> {
     let run = |seed| {
         let options = SpaceOptions { points, seed, churn: 0.05, ..SpaceOptions::default() };
         let run = run(kind, options, TrackRule::Above, frames);
         (score(&run), run)
     };
-    seeds.map(run).collect()
+    seeds.into_iter().map(run).collect()
 }
 
 #[test]
@@ -132,7 +132,8 @@ fn separate_holes_keep_their_ids() {
 
 #[test]
 fn the_holes_of_a_torus_keep_their_ids() {
-    for (score, run) in scores(SpaceKind::Torus, 500, 1..3, 200) {
+    // The first cycles of 1, 3 and 5 wind around both holes, those of 9 and 12 around the outside.
+    for (score, run) in scores(SpaceKind::Torus, 500, [1, 2, 3, 5, 9, 10, 12, 40], 120) {
         assert!(score.idf1() >= 0.98 && score.switches == 0, "{} {score:?} {:?}", score.idf1(), news(&run));
     }
 }

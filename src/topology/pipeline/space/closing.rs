@@ -11,7 +11,7 @@
 //! Cost: Dijkstra's algorithm from one end of the critical edge, as far as the other end is.
 
 use std::cmp::{Ordering, Reverse};
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
 
 use crate::topology::cloud::VertexId;
 use crate::topology::metric::rips::Pair;
@@ -79,31 +79,33 @@ impl<'a> Closing<'a> {
         let reached = self.explore(critical);
         let mut cycle = vec![critical.b];
         let mut at = critical.b;
-        while let Some(far) = reached.get(&at).filter(|_| at != critical.a) {
+        while let Some(far) = reached[at as usize].filter(|_| at != critical.a) {
             at = far.before;
             cycle.push(at);
         }
         cycle.into_iter().map(|place| self.ids[place as usize]).collect()
     }
 
-    /// The vertices around the smaller end of a critical edge, up to the other end.
-    fn explore(&self, critical: Pair) -> HashMap<u32, Far> {
+    /// How far vertices are from the smaller end of a critical edge, up to the other end.
+    fn explore(&self, critical: Pair) -> Vec<Option<Far>> {
         let here = Far { scales: 0.0, edges: 0, before: critical.a };
-        let mut reached = HashMap::from([(critical.a, here)]);
+        let mut reached: Vec<Option<Far>> = vec![None; self.ids.len()];
+        reached[critical.a as usize] = Some(here);
         let mut queue = BinaryHeap::from([Reverse((here, critical.a))]);
         while let Some(Reverse((far, vertex))) = queue.pop() {
             if vertex == critical.b {
                 break;
             }
-            if reached[&vertex] != far {
+            if reached[vertex as usize] != Some(far) {
                 continue;
             }
             let earlier = |edge: &&Edge| !edge.is_critical || edge.pair.before(&critical);
             for edge in self.edges[vertex as usize].iter().filter(earlier) {
                 let next = edge.pair.a + edge.pair.b - vertex;
                 let new = Far { scales: far.scales + edge.pair.length, edges: far.edges + 1, before: vertex };
-                if reached.get(&next).is_none_or(|known| new < *known) {
-                    reached.insert(next, new);
+                let known = &mut reached[next as usize];
+                if known.is_none_or(|known| new < known) {
+                    *known = Some(new);
                     queue.push(Reverse((new, next)));
                 }
             }
@@ -113,5 +115,35 @@ impl<'a> Closing<'a> {
 
     fn place(&self, id: VertexId) -> u32 {
         self.places[self.places.partition_point(|&(other, _)| other < id)].1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topology::cloud::Vertices;
+    use crate::topology::metric::rips::Workspace;
+    use crate::topology::metric::space::{Metric, Points};
+
+    #[test]
+    fn a_cycle_goes_over_the_tree_and_earlier_critical_edges_alone() {
+        // A square of side 1, and a longer rectangle to its right that is born later.
+        let cloud = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0], [2.25, 0.0], [2.25, 1.0]];
+        let points = Points::new(Metric::Euclidean, 2, cloud.as_flattened()).unwrap();
+        let names: Vertices =
+            points.rows().iter().map(|&row| (VertexId(row.into()), &cloud[row as usize][..])).collect();
+        let skeleton = Skeleton::of_space(&points, &names, None, &mut Workspace::default());
+        let places: Vec<(VertexId, u32)> = names.ids().iter().copied().zip(0..).collect();
+        let closing = Closing::new(&skeleton, &places);
+        let cycle = |birth: f64| {
+            let dot = skeleton.dots().iter().find(|dot| dot.birth == birth).unwrap();
+            let mut cycle: Vec<u64> = closing.cycle(&skeleton.critical(dot)).iter().map(|id| id.0).collect();
+            cycle.sort_unstable();
+            cycle
+        };
+        assert_eq!(skeleton.dots().len(), 2);
+        assert_eq!(cycle(0.5), [0, 1, 2, 3]);
+        // By the tree alone it would go around both.
+        assert_eq!(cycle(0.625), [2, 3, 4, 5]);
     }
 }

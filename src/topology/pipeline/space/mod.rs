@@ -11,6 +11,7 @@
 
 mod closing;
 mod detections;
+mod loops;
 mod shortening;
 mod walks;
 
@@ -415,9 +416,10 @@ impl SpacePipeline {
         let (points, names) = self.space();
         self.carry(&names);
         let mut finder = WalkFinder::new(&points, &self.swept, self.threshold);
-        let walks = finder.walks(&self.questions.asked, self.progress.committed);
-        let (skeleton, classes) = Skeleton::with_classes(&points, &names, self.threshold, &walks, &mut self.workspace);
-        self.questions.answers = Some(answers(&names, walks, classes));
+        let asked = finder.ask(&self.questions.asked, self.progress.committed);
+        let (skeleton, classes) =
+            Skeleton::with_classes(&points, &names, self.threshold, &asked.walks, &mut self.workspace);
+        self.questions.answers = Some(answers(&names, asked, classes, &skeleton));
         skeleton
     }
 

@@ -66,21 +66,6 @@ impl<'a> Shortening<'a> {
         best.filter(|&(sum, _)| sum < square).map(|(_, place)| place)
     }
 
-    /// The sum of the steps of a walk, by radii.
-    pub fn extent(&self, walk: &ClosedWalk) -> f64 {
-        self.steps(walk).map(|length| self.points.radius(length)).sum()
-    }
-
-    /// The length of the longest step of a walk.
-    pub fn longest_step(&self, walk: &ClosedWalk) -> f64 {
-        self.steps(walk).fold(0.0, f64::max)
-    }
-
-    fn steps(&self, walk: &ClosedWalk) -> impl Iterator<Item = f64> {
-        let next = walk.vertices.iter().cycle().skip(1);
-        walk.vertices.iter().zip(next).map(|(&a, &b)| self.points.length(a, b))
-    }
-
     /// Leaves out vertices whose neighbours are at most so far apart.
     fn leave_out(&self, walk: &mut ClosedWalk, step: f64) {
         let mut kept: Vec<u32> = Vec::with_capacity(walk.vertices.len());
@@ -151,5 +136,94 @@ impl<'a> Shortening<'a> {
     /// The square of the distance of a length, up to a factor.
     fn square(&self, length: f64) -> f64 {
         if self.points.metric().is_squared() { length } else { length * length }
+    }
+}
+
+/// The sum of the steps of a walk, by radii.
+pub fn extent(points: &Points, walk: &ClosedWalk) -> f64 {
+    steps(points, walk).map(|length| points.radius(length)).sum()
+}
+
+/// The length of the longest step of a walk.
+pub fn longest_step(points: &Points, walk: &ClosedWalk) -> f64 {
+    steps(points, walk).fold(0.0, f64::max)
+}
+
+fn steps(points: &Points, walk: &ClosedWalk) -> impl Iterator<Item = f64> {
+    let next = walk.vertices.iter().cycle().skip(1);
+    walk.vertices.iter().zip(next).map(|(&a, &b)| points.length(a, b))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+    use crate::topology::metric::space::Metric;
+
+    /// Circles of sixty points around the origin, with radii in tenths.
+    fn circles(radii: std::ops::Range<u32>) -> Vec<[f64; 2]> {
+        let at = |radius: u32, index: u32| {
+            let angle = TAU * (f64::from(index) + 0.3 * f64::from(radius)) / 60.0;
+            [angle.cos(), angle.sin()].map(|part| 0.1 * f64::from(radius) * part)
+        };
+        radii.flat_map(|radius| (0..60).map(move |index| at(radius, index))).collect()
+    }
+
+    /// A walk around the last of these circles.
+    fn around(points: &Points) -> ClosedWalk {
+        let count = points.vertices().len();
+        ClosedWalk { vertices: points.vertices()[count - 60..].to_vec(), length: points.longest(0.75) }
+    }
+
+    fn space(cloud: &[[f64; 2]]) -> Points {
+        Points::new(Metric::Euclidean, 2, cloud.as_flattened()).unwrap()
+    }
+
+    /// How often a walk goes around the origin.
+    fn winding(cloud: &[[f64; 2]], points: &Points, walk: &ClosedWalk) -> f64 {
+        let place = |vertex: u32| cloud[points.rows()[vertex as usize] as usize];
+        let next = walk.vertices.iter().cycle().skip(1);
+        let turn = |(&a, &b): (&u32, &u32)| {
+            let ([x, y], [u, v]) = (place(a), place(b));
+            (x * v - y * u).atan2(x * u + y * v)
+        };
+        walk.vertices.iter().zip(next).map(turn).sum::<f64>() / TAU
+    }
+
+    #[test]
+    fn a_walk_around_a_hole_comes_to_its_rim_and_stays_around_it() {
+        let cloud = circles(12..24);
+        let points = space(&cloud);
+        let mut walk = around(&points);
+        assert!(extent(&points, &walk) > 7.0);
+        for _ in 0..40 {
+            let step = walk.length;
+            Shortening::new(&points).shorten(&mut walk, step, 4);
+            assert!(longest_step(&points, &walk) <= walk.length);
+            assert!((winding(&cloud, &points, &walk) - 1.0).abs() < 1e-9);
+        }
+        // The rim is half of 2.4 pi long by radii.
+        assert!(extent(&points, &walk) < 3.9, "{walk:?}");
+    }
+
+    #[test]
+    fn a_walk_around_nothing_becomes_a_triangle_at_most() {
+        let points = space(&circles(1..20));
+        let mut walk = around(&points);
+        let step = walk.length;
+        Shortening::new(&points).shorten(&mut walk, step, 200);
+        assert!(walk.vertices.len() <= 3, "{walk:?}");
+    }
+
+    #[test]
+    fn a_long_step_is_divided_at_the_vertex_nearest_to_its_middle() {
+        let points = space(&[[0.0, 0.0], [0.4, 0.1], [1.0, 0.1], [2.0, 0.0], [1.0, 5.0]]);
+        // The vertices are in order of their coordinates: the far one comes before the other end.
+        let mut walk = ClosedWalk { vertices: vec![0, 4, 3], length: points.longest(0.6) };
+        let step = walk.length;
+        Shortening::new(&points).divide(&mut walk, step);
+        // No vertex is near enough to both ends of the other steps.
+        assert_eq!(walk.vertices, [0, 2, 4, 3]);
     }
 }

@@ -224,3 +224,80 @@ fn unlikeness(a: &CycleDetection, b: &CycleDetection) -> f64 {
     let ratio = if ratio.is_finite() && ratio > 0.0 { ratio } else { b.critical.birth / a.critical.birth };
     ratio.ln().abs()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::topology::cloud::Coordinates;
+    use crate::topology::skeleton::Critical;
+
+    fn point(x: f64) -> Coordinates {
+        Coordinates::new(&[x]).unwrap()
+    }
+
+    fn detection(name: u64, [birth, death]: [f64; 2]) -> CycleDetection {
+        let edge = [VertexId(name), VertexId(name + 1)];
+        CycleDetection { critical: Critical { edge, birth, death }, ends: [point(0.0), point(1.0)] }
+    }
+
+    /// A cycle of some vertices around a place.
+    fn cycle(center: f64, ids: std::ops::Range<u64>) -> TrackedCycle {
+        let vertices: Arc<[_]> = ids.map(|id| (VertexId(id), point(center))).collect();
+        TrackedCycle { vertices, center: vec![center], radius: 1.0 }
+    }
+
+    /// A line, where the cycle of a detection is known by the first end of its edge.
+    struct Line(HashMap<u64, TrackedCycle>);
+
+    impl CycleSource for Line {
+        fn cycle(&self, detection: &CycleDetection) -> TrackedCycle {
+            self.0[&detection.critical.edge[0].0].clone()
+        }
+
+        fn along(&self, walk: &[VertexId]) -> TrackedCycle {
+            panic!("nobody asks for {walk:?}")
+        }
+
+        fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
+            (a[0] - b[0]).abs()
+        }
+    }
+
+    /// What continues a track of birth 1 and death 5 around 0, which had the vertices 0 to 8, given its dots.
+    fn own(dots: Option<Vec<EdgeId>>, detections: &[(CycleDetection, TrackedCycle)]) -> Option<usize> {
+        let last = detection(100, [1.0, 5.0]);
+        let known = LastSeen { detection: &last, center: &[0.0], expected: vec![0.0], radius: 1.0, least: 1.0 };
+        let answer = WalkAnswer { vertices: (0..8).map(VertexId).collect(), dots };
+        let cycles = detections.iter().map(|(detection, cycle)| (detection.critical.edge[0].0, cycle.clone()));
+        let source = Line(cycles.collect());
+        let all: Vec<CycleDetection> = detections.iter().map(|(detection, _)| detection.clone()).collect();
+        recognize(&[known], &[answer], &all, &vec![true; all.len()], &source).own[0]
+    }
+
+    #[test]
+    fn a_class_comes_before_common_vertices_and_these_before_places() {
+        let of_class = (detection(200, [1.0, 4.0]), cycle(50.0, 40..48));
+        let in_common = (detection(300, [1.0, 4.0]), cycle(50.0, 5..13));
+        let near = (detection(400, [1.0, 4.0]), cycle(0.2, 40..48));
+        let all = [near.clone(), in_common.clone(), of_class.clone()];
+        assert_eq!(own(Some(vec![of_class.0.critical.edge]), &all), Some(2));
+        for dots in [None, Some(Vec::new())] {
+            // Three of thirteen vertices are too few, four of twelve are enough.
+            assert_eq!(own(dots.clone(), &all), Some(0));
+            let more = (in_common.0.clone(), cycle(50.0, 4..12));
+            assert_eq!(own(dots.clone(), &[near.clone(), more]), Some(1));
+            let far = (near.0.clone(), cycle(0.6, 40..48));
+            assert_eq!(own(dots, &[far, of_class.clone()]), None);
+        }
+    }
+
+    #[test]
+    fn a_dot_of_another_size_continues_no_track() {
+        let small = (detection(200, [1.0, 1.9]), cycle(0.0, 0..8));
+        assert_eq!(own(Some(vec![small.0.critical.edge]), std::slice::from_ref(&small)), None);
+        let like = (detection(200, [1.0, 2.1]), cycle(0.0, 0..8));
+        assert_eq!(own(Some(vec![like.0.critical.edge]), &[like]), Some(0));
+    }
+}
