@@ -30,6 +30,8 @@ mod overload;
 mod refusals;
 #[path = "daemon/slow.rs"]
 mod slow;
+#[path = "daemon/spaces.rs"]
+mod spaces;
 #[path = "daemon/stdio.rs"]
 mod stdio;
 #[path = "daemon/streams.rs"]

@@ -46,9 +46,11 @@ exit $code
 ";
 
 /// Programs of the reader, and what they do here. A frame of `camera-edges` replaces the one before.
-const STAND_INS: [(&str, &str); 8] = [
+const STAND_INS: [(&str, &str); 10] = [
     ("sensor", "cat \"$DATA/points.csv\""),
     ("lidar", "cat \"$DATA/log.csv\""),
+    ("lidar3d", "cat \"$DATA/cloud.csv\""),
+    ("microphone", "seq 400"),
     ("produce", "cat \"$DATA/points.csv\""),
     ("camera-edges", "cat \"$DATA/edges.jsonl\""),
     // Without `-n +1` the header is not among the last lines.

@@ -1,6 +1,8 @@
 //! `hopes serve` as a process: a live stream as input, frames as output, under load, bad input and signals.
 
 mod common;
+#[path = "serve/spaces.rs"]
+mod spaces;
 
 use std::collections::BTreeSet;
 use std::io::{Read, Write};

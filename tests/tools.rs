@@ -20,6 +20,8 @@ mod outputs;
 mod replay;
 #[path = "tools/scene.rs"]
 mod scene;
+#[path = "tools/spaces.rs"]
+mod spaces;
 #[path = "tools/stopped.rs"]
 mod stopped;
 #[path = "tools/tracked.rs"]
@@ -96,7 +98,7 @@ fn an_unsupported_version_gives_an_error_with_both_ranges() {
         assert_eq!(peer.next(), None, "the client closes");
         let finished = client.finish();
         assert_eq!(finished.code, Some(1), "{}", finished.err);
-        for words in ["speaks protocol versions 7 to 8, this one 1 to 3", &daemon.address()] {
+        for words in ["speaks protocol versions 7 to 8, this one 1 to 4", &daemon.address()] {
             assert!(finished.err.contains(words), "{words}: {}", finished.err);
         }
     }

@@ -6,11 +6,14 @@ use thiserror::Error;
 
 use crate::frame::FrameError;
 
-/// The protocol version of this crate.
-pub const VERSION: u16 = 3;
+/// The protocol version that a side announces: the highest one that it serves.
+pub const VERSION: u16 = 4;
 
 /// The version of files: the lowest one that has all messages that files have, so that older readers read them.
 pub const FILE_VERSION: u16 = 2;
+
+/// The version of files of streams in R^d, whose messages older versions do not have.
+pub const SPACE_FILE_VERSION: u16 = 4;
 
 const MAGIC: [u8; 8] = *b"HOPES\r\n\x1a";
 
@@ -37,7 +40,7 @@ pub struct NoCommonVersion {
 }
 
 impl Banner {
-    /// The versions that this crate supports.
+    /// The versions that a side announces.
     pub const OURS: Self = Self { lowest: 1, highest: VERSION };
 
     /// The length of a banner in bytes.

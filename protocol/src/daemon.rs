@@ -108,6 +108,10 @@ pub enum ErrorCode {
     NoStream = 17,
     /// There is no peer of this number.
     NoPeer = 18,
+    /// The stream is of another space than the message: of the plane, or of R^d.
+    OtherSpace = 19,
+    /// The stream is of points in R^d, which the agreed version does not have.
+    NeedsVersion = 20,
 }
 
 /// Asks for a list of streams.

@@ -55,7 +55,7 @@ pub struct Decoder {
 impl Decoder {
     /// A decoder that accepts bodies of at most `largest` bytes.
     ///
-    /// It accepts every version that this crate supports until [`set_version`](Self::set_version) is called.
+    /// It accepts every version that this crate announces until [`set_version`](Self::set_version) is called.
     pub fn new(largest: u32) -> Self {
         Self { buffer: Vec::new(), taken: 0, largest, version: None, offset: 0 }
     }

@@ -10,8 +10,8 @@
 //! bytes ◀── encode  ◀── (channel, Message)
 //! ```
 //!
-//! The crate supports versions 1 to 3. Frames carry the version that both sides agreed on. A message that this version
-//! does not have is neither read nor written.
+//! The crate supports versions 1 to 4. Frames carry the version that both sides
+//! agreed on. A message that this version does not have is neither read nor written.
 //!
 //! Must not know: sockets, threads, clocks, geometry.
 //!
@@ -20,7 +20,7 @@
 //!
 //! // A client and a daemon agree on a version...
 //! let mut wire = Banner::OURS.encode().to_vec();
-//! let version = Banner::OURS.agree(Banner { lowest: 1, highest: 7 }).expect("both speak version 3");
+//! let version = Banner::OURS.agree(Banner { lowest: 1, highest: 7 }).expect("both speak version 4");
 //! assert_eq!(version, VERSION);
 //!
 //! // ...and the client sends points, which arrive in two pieces.
@@ -39,7 +39,6 @@
 
 mod admin;
 mod banner;
-mod checksum;
 mod codec;
 mod consumer;
 mod daemon;
@@ -49,15 +48,14 @@ mod frame;
 mod message;
 mod mirror;
 mod producer;
-mod track_mirror;
+mod space;
 mod tracks;
 mod types;
 
 pub use admin::{
     Disconnect, Disconnected, GetMemory, ListPeers, Memory, Peer, Peers, StopStream, StreamMemory, StreamStopped,
 };
-pub use banner::{Banner, FILE_VERSION, NoCommonVersion, VERSION};
-pub use checksum::Checksum;
+pub use banner::{Banner, FILE_VERSION, NoCommonVersion, SPACE_FILE_VERSION, VERSION};
 pub use codec::{BodyError, Shared};
 pub use consumer::{
     Cause, ChangeView, Diff, Dots, Heartbeat, Lagged, Resume, Resumed, Snapshot, StreamClosed, StreamOpened, Subscribe,
@@ -70,12 +68,18 @@ pub use daemon::{
 pub use decoder::{Decoder, Frame};
 pub use frame::{FrameError, HEADER, LARGEST_FRAME, header};
 pub use message::{Message, encode, encode_shared};
-pub use mirror::{ElementId, Mirror, MirrorError};
+pub use mirror::{
+    AnyMirror, Checksum, Coordinates, Element, ElementId, Mirror, MirrorError, Place, Position, SpaceMirror,
+    SpaceTrackMirror, TrackMessage, TrackMirror, TrackMirrorError, TrackState, TrackStep,
+};
 pub use producer::{
     Accepted, Batch, Close, Closed, Commit, Committed, LISTED_REFUSALS, Open, Opened, Overloaded, Policy, Refusal,
     RefusalCode, Refused, Retract,
 };
-pub use track_mirror::{TrackMirror, TrackMirrorError};
+pub use space::{
+    ListSpaces, Metric, OpenSpace, SpaceBatch, SpaceDiff, SpaceDot, SpaceDots, SpaceInfo, SpaceOpened, SpaceRetract,
+    SpaceSnapshot, SpaceTrack, SpaceTrackEvent, SpaceTracks, Spaces,
+};
 pub use tracks::{Happening, Track, TrackChanges, TrackCycle, TrackEvent, Tracks, TracksWanted, WantTracks};
 pub use types::{
     Critical, Cut, Dot, DotsWanted, Edge, FrameInfo, LONGEST_NAME, Simplify, Vertex, View, Window, is_name, is_pattern,

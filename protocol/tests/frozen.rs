@@ -19,7 +19,7 @@ const SPEC: &str = include_str!("../SPEC.md");
 
 /// Each source with the first version of its definitions. The table of messages states the version of each message
 /// itself.
-const SOURCES: [(u16, &str); 7] = [
+const SOURCES: [(u16, &str); 8] = [
     (1, include_str!("../src/types.rs")),
     (1, include_str!("../src/daemon.rs")),
     (1, include_str!("../src/producer.rs")),
@@ -27,10 +27,12 @@ const SOURCES: [(u16, &str); 7] = [
     (1, include_str!("../src/message.rs")),
     (2, include_str!("../src/tracks.rs")),
     (3, include_str!("../src/admin.rs")),
+    (4, include_str!("../src/space.rs")),
 ];
 
 /// Codes that were added to an older enum: its name, the first of these codes, and the version that began with them.
-const LATER_CODES: [(&str, u16, u16); 1] = [("ErrorCode", 15, 3)];
+/// The latest come first.
+const LATER_CODES: [(&str, u16, u16); 2] = [("ErrorCode", 19, 4), ("ErrorCode", 15, 3)];
 
 // ---- definitions in the sources
 
@@ -190,6 +192,7 @@ fn the_wire_types_of_each_version_have_not_changed() {
 fn the_fingerprints_of_released_versions_have_not_changed() {
     assert_eq!(fingerprint(1, &SOURCES), 0x4fa0_27c6_9f59_74ce);
     assert_eq!(fingerprint(2, &SOURCES), 0xd6f7_a24e_189f_05a5);
+    assert_eq!(fingerprint(3, &SOURCES), 0xb256_e847_dcdb_f413);
 }
 
 #[test]
@@ -219,6 +222,9 @@ fn later_codes_do_not_change_the_fingerprint_of_a_version() {
     let new = "#[repr(u16)] pub enum ErrorCode { A = 1, B = 14, D = 15, } pub enum Other { C = 15, }";
     assert_eq!((print(1, new), print(2, new)), (print(1, old), print(2, old)));
     assert_ne!(print(3, new), print(3, old));
+    let newest = new.replace("D = 15,", "D = 15, E = 19,");
+    assert_eq!((print(2, &newest), print(3, &newest)), (print(2, old), print(3, new)));
+    assert_ne!(print(4, &newest), print(4, new));
     for changed in [old.replace("B = 14", "B = 13"), old.replace("C = 15", "C = 16"), old.replace("B = 14", "B = 15")] {
         assert_ne!(print(1, &changed), print(1, old), "{changed}");
     }
@@ -266,7 +272,11 @@ fn rows() -> Vec<Row> {
     let in_tables = SPEC.lines().filter(|line| line.starts_with("| 0x")).map(row);
     let elapsed = between(SPEC, "`Elapsed` (", ", channel 0)");
     let (number, body) = elapsed.split_once(", ").expect("number and body");
-    in_tables.chain([(hexadecimal(number), "Elapsed".to_owned(), body.replace('`', ""))]).collect()
+    let elapsed = (hexadecimal(number), "Elapsed".to_owned(), body.replace('`', ""));
+    // The messages of a later version have a section of their own, but numbers among the older ones.
+    let mut rows: Vec<Row> = in_tables.chain([elapsed]).collect();
+    rows.sort_by_key(|(number, ..)| *number);
+    rows
 }
 
 fn row(line: &str) -> Row {
@@ -362,15 +372,17 @@ fn the_spec_lists_every_message() {
     assert_eq!(listed, Message::KINDS);
 }
 
-/// Messages of version 2 are in their own section, and no others are. So are those of version 3.
+/// Messages of version 2 are in their own section, and no others are. So are those of versions 3 and 4.
 #[test]
 fn the_spec_states_the_first_version_of_each_message() {
     let tracks = between(SPEC, "## 9. Tracks\n\nSince version 2.", "\n## ");
-    let (_, administration) = SPEC.split_once("## 12. Administration\n\nSince version 3.").expect("it has a section");
+    let administration = between(SPEC, "## 12. Administration\n\nSince version 3.", "\n## ");
+    let (_, spaces) = SPEC.split_once("## 13. Spaces\n\nSince version 4.").expect("it has a section");
     for sample in samples::all() {
         let row = format!("| {:#06X} |", sample.message.kind()).replace("0X", "0x");
         assert_eq!(tracks.contains(&row), sample.message.since() == 2, "{}", sample.name);
         assert_eq!(administration.contains(&row), sample.message.since() == 3, "{}", sample.name);
+        assert_eq!(spaces.contains(&row), sample.message.since() == 4, "{}", sample.name);
     }
 }
 
@@ -413,7 +425,7 @@ fn the_spec_has_the_types_of_all_fields() {
     let of_message: BTreeMap<&String, String> =
         rows().into_iter().map(|(_, name, body)| (&bodies[&name], body)).collect();
     let structs = all(Kind::Struct);
-    assert_eq!(structs.len(), of_message.len() + 13, "so many are no messages");
+    assert_eq!(structs.len(), of_message.len() + 17, "so many are no messages");
     for (name, body) in structs {
         let listed = of_message.get(&name).cloned().unwrap_or_else(|| shared(&rust_type(&name), "{"));
         assert_eq!(fields(&body, rust_type), fields(&listed, spec_type), "{name}");
@@ -438,7 +450,7 @@ fn the_spec_has_every_case_of_every_enum() {
     let mut choices = all(Kind::Enum);
     // Enums with explicit numbers are codes.
     choices.retain(|_, body| !body.contains('='));
-    assert_eq!(choices.len(), 8);
+    assert_eq!(choices.len(), 9);
     for (name, body) in choices {
         assert_eq!(spec_cases(&name), inner(&body), "{name}");
     }

@@ -21,12 +21,11 @@ use hopes::topology::{Frame, Options, Simplified, View, simplify};
 use indicatif::ProgressBar;
 
 use super::args::{
-    ChosenColumns, DetectionArgs, MetricArgs, ProjectArgs, SimplifiedViewArgs, SpaceOptions, Threshold, by_suffix,
-    resolution,
+    DetectionArgs, MetricArgs, ProjectArgs, SimplifiedViewArgs, SpaceOptions, Threshold, by_suffix, chosen, resolution,
 };
 use super::{Failure, files, progress};
 use crate::daemon::InputErrors;
-use crate::formats::input::{ColumnsError, Format};
+use crate::formats::input::Format;
 use crate::formats::runs::RunSource;
 use crate::formats::skeleton::{Answer, OutputFormat};
 use panels::{Cut, PanelWord, panel};
@@ -314,8 +313,7 @@ impl Compute {
             Input::Text => Some(Format::Text),
             Input::Jsonl => Some(Format::JsonLines),
         };
-        let wrong = |error: ColumnsError| Failure::usage(format!("--columns: {error}"));
-        let chosen: Option<ChosenColumns> = self.columns.as_deref().map(str::parse).transpose().map_err(wrong)?;
+        let chosen = chosen(self.columns.as_deref())?;
         let (file, columns) = (self.file.clone(), self.project.columns(chosen.as_ref()));
         let projector = self.project.projector();
         // A grid of metres says nothing of degrees: the pipeline checks what is on it.

@@ -210,6 +210,7 @@ impl Edges {
             strict: self.strict,
             rate: self.rate,
             origin: None,
+            space: None,
             whole_frames: true,
         };
         let read = |Terms { batch, .. }| {

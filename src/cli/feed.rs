@@ -14,10 +14,10 @@ use std::thread;
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 
-use super::args::{ChosenColumns, ProjectArgs, To, from_one, name, rate, resolution, window};
+use super::args::{ProjectArgs, StreamSpace, StreamSpaceArgs, To, form, from_one, name, rate, resolution, window};
 use super::{Failure, files, progress};
 use crate::client::delivery::{Delivery, Terms};
-use crate::daemon::Input;
+use crate::daemon::{BATCH, Input};
 use crate::formats::input::Format;
 use crate::formats::points::{Form, Origin, PointSource};
 
@@ -35,6 +35,7 @@ use crate::formats::points::{Form, Origin, PointSource};
   hopes feed edges.jsonl --input jsonl --stream camera
   sensor | hopes feed - --to unix:/tmp/hopes.sock --stream sensor --window points:10000
   hopes feed edges.jsonl --input jsonl --to tcp:127.0.0.1:7878 --stream camera --rate 25 --loop
+  hopes feed cloud.csv --metric euclidean --to unix:/tmp/hopes.sock --stream space
   hopes feed points.hopes --input bin --to unix:/tmp/hopes.sock --stream scene")]
 pub struct Feed {
     /// File of points; - for stdin.
@@ -56,11 +57,14 @@ pub struct Feed {
     #[arg(long, value_enum, default_value_t)]
     input: InputFormat,
     /// Columns of a table, by number from 1 or by name in the header; a third one is the event time [default: what the
-    /// header calls x and y, or lon and lat, and if the stream's window is time:T also t or time; else 1,2].
+    /// header calls x and y, or lon and lat, and if the stream's window is time:T also t or time; else 1,2; with
+    /// --metric all].
     #[arg(long, value_name = "X,Y[,T]")]
-    columns: Option<ChosenColumns>,
+    columns: Option<String>,
     #[command(flatten)]
     project: ProjectArgs,
+    #[command(flatten)]
+    space: StreamSpaceArgs,
     /// Close at most so many frames a second.
     #[arg(long, value_name = "FPS", value_parser = rate)]
     rate: Option<f64>,
@@ -100,25 +104,28 @@ impl Feed {
         // A mistyped name must not create a stream.
         files::open(&self.file)?;
         let to = self.to.address()?;
+        let space = self.space.space()?;
+        let source = self.source(space)?;
         let delivery = Delivery {
             to: &to,
             stream: &self.stream,
             window: self.window,
             window_if_new: None,
             resolution: self.resolution,
+            space: space.map(StreamSpace::wanted),
             strict: self.strict,
             origin: files::name(&self.file),
             rate: self.rate,
             whole_frames: false,
         };
         let progress = self.progress();
-        Ok(delivery.run(&|step| progress::show(&progress, step), |terms| self.read(terms, &progress))?)
+        Ok(delivery.run(&|step| progress::show(&progress, step), |terms| self.read(source, terms, &progress))?)
     }
 
     /// Starts the reading thread. It is not waited for: it may be blocked in a read that never returns, and owns
     /// nothing that has to be finished.
-    fn read(&self, terms: Terms, progress: &ProgressBar) -> io::Result<Receiver<Input>> {
-        let source = self.source(terms);
+    fn read(&self, source: PointSource, terms: Terms, progress: &ProgressBar) -> io::Result<Receiver<Input>> {
+        let source = PointSource { form: source.form.with_times(terms.wants_times), batch: terms.batch, ..source };
         let (sender, inputs) = sync_channel(WAITING);
         let mut projector = self.project.projector();
         let progress = progress.clone();
@@ -138,22 +145,22 @@ impl Feed {
         Ok(inputs)
     }
 
-    fn source(&self, Terms { batch, wants_times }: Terms) -> PointSource {
-        let columns = self.project.columns(self.columns.as_ref()).with_times(wants_times);
-        PointSource {
+    fn source(&self, space: Option<StreamSpace>) -> Result<PointSource, Failure> {
+        let columns = self.columns.as_deref();
+        Ok(PointSource {
             origin: if files::is_pipe(&self.file) { Origin::Stdin } else { Origin::File(self.file.clone()) },
             form: match self.input {
-                InputFormat::Auto => Form::Lines(None, columns),
-                InputFormat::Text => Form::Lines(Some(Format::Text), columns),
-                InputFormat::Jsonl => Form::Lines(Some(Format::JsonLines), columns),
+                InputFormat::Auto => form(space, None, columns, self.project)?,
+                InputFormat::Text => form(space, Some(Format::Text), columns, self.project)?,
+                InputFormat::Jsonl => form(space, Some(Format::JsonLines), columns, self.project)?,
                 InputFormat::Bin => Form::Binary,
             },
             frame_points: self.frame_points,
             closes_last: true,
             loops: self.loops,
-            batch,
+            batch: BATCH,
             is_projected: self.project.is_on(),
-        }
+        })
     }
 
     fn progress(&self) -> ProgressBar {

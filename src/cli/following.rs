@@ -62,7 +62,7 @@ impl<W: Write> MessageSink for Shown<W> {
             files::end_in_time(Arc::clone(&self.frames))?;
         }
         self.writer.write(name, elapsed, channel, message)?;
-        self.frames.fetch_add(u64::from(matches!(message, Message::Snapshot(_) | Message::Diff(_))), Relaxed);
+        self.frames.fetch_add(u64::from(message.frame().is_some()), Relaxed);
         Ok(())
     }
 

@@ -33,7 +33,7 @@ pub struct Record {
     /// Where to write it; - for stdout.
     ///
     /// It grows message by message, so that it can be read meanwhile and outlives this program. A file that is there is
-    /// replaced when the first message comes.
+    /// replaced when the first frame comes.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
@@ -56,7 +56,11 @@ impl Record {
 /// Records; what is there already stays until something comes.
 fn record(wanted: &Subscription, output: &Path, sink: impl Write, has_old: bool) -> Result<(), Failure> {
     let progress = progress::spinner();
-    let mut shown = Shown::new(MessageWriter::new(MessageForm::Bin, sink), progress.clone());
+    let mut writer = MessageWriter::new(MessageForm::Bin, sink);
+    if wanted.has_many() {
+        writer.set_mixed();
+    }
+    let mut shown = Shown::new(writer, progress.clone());
     let ended = follow(wanted, &mut shown);
     progress.finish_and_clear();
     let is_kept = has_old && shown.bytes_written() == 0;

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use hopes_protocol::{Elapsed, Message};
+use hopes_protocol::{Elapsed, Message, SPACE_FILE_VERSION};
 
 use super::args::rate;
 use super::{Failure, files};
@@ -173,7 +173,10 @@ impl<W: io::Write> Playing<W> {
                     self.writer.write("", self.elapsed, channel, &goodbye.into()).context("cannot write frames")?;
                 }
                 Next::Message { message: Message::Elapsed(elapsed), .. } => self.wait(elapsed),
-                Next::Message { offset, channel, message } => {
+                Next::Message { offset, channel, version, message } => {
+                    if version >= SPACE_FILE_VERSION {
+                        self.writer.set_mixed();
+                    }
                     self.message(channel, &message).with_context(|| format!("at byte {offset}"))?;
                 }
             }

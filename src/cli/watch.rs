@@ -49,7 +49,10 @@ impl Watch {
         if self.output == MessageForm::Events && wanted.tracks == TracksWanted::No {
             wanted.tracks = TracksWanted::Events;
         }
-        let writer = MessageWriter::new(self.output, files::buffered(files::message_stdout(self.output)?));
+        let mut writer = MessageWriter::new(self.output, files::buffered(files::message_stdout(self.output)?));
+        if wanted.has_many() {
+            writer.set_mixed();
+        }
         let mut shown = Shown::new(writer, ProgressBar::hidden());
         let ended = follow(&wanted, &mut shown);
         let finished = shown.finish(&ended);

@@ -6,8 +6,8 @@
 //! Must not know: how answers are shown.
 
 use hopes_protocol::{
-    Disconnect, Disconnected, GetMemory, ListPeers, Memory, Message, Peers, Status, StatusWanted, StopStream,
-    StreamStopped,
+    Disconnect, Disconnected, GetMemory, ListPeers, ListSpaces, Memory, Message, Peers, Spaces, Status, StatusWanted,
+    StopStream, StreamStopped,
 };
 use thiserror::Error;
 
@@ -95,6 +95,14 @@ impl Admin {
     /// [`AdminError`].
     pub fn memory(&mut self) -> Result<Memory, AdminError> {
         self.ask(GetMemory {}, |answer| if let Message::Memory(memory) = answer { Some(memory) } else { None })
+    }
+
+    /// The metric and dimension of each stream of points in R^d.
+    ///
+    /// # Errors
+    /// [`AdminError`].
+    pub fn spaces(&mut self) -> Result<Spaces, AdminError> {
+        self.ask(ListSpaces {}, |answer| if let Message::Spaces(spaces) = answer { Some(spaces) } else { None })
     }
 
     /// Ends a stream, for all its peers.

@@ -17,14 +17,16 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use hopes::topology::Window;
-use hopes_protocol::{self as wire, Close, Commit, ErrorCode, Message, Open, Opened, Report, Retract, Welcome};
+use hopes_protocol::{
+    self as wire, Close, Commit, ErrorCode, Message, Open, OpenSpace, Opened, Report, Retract, Welcome,
+};
 
 use self::ledger::{Counts, Ledger, Sent};
 use super::connection::{Client, Received, Receiving, SOFTWARE, Sending, Timeouts};
 use super::error::ClientError;
 use super::pace::Pace;
 use super::running::Running;
-use crate::daemon::{self, Address, BATCH, Input, InputErrors, Stop};
+use crate::daemon::{self, Address, BATCH, Input, InputErrors, Positions, Stop};
 
 pub use self::error::DeliveryError;
 
@@ -56,6 +58,8 @@ pub struct Delivery<'a> {
     pub window_if_new: Option<Window>,
     /// Grid that positions snap to.
     pub resolution: Option<f64>,
+    /// The space that points are of, if it is not the plane.
+    pub space: Option<WantedSpace>,
     /// Stop at the first error.
     pub strict: bool,
     /// The file that points are from.
@@ -64,6 +68,15 @@ pub struct Delivery<'a> {
     pub rate: Option<f64>,
     /// A signal waits for the end of a frame that was begun. The reader must never block within a frame.
     pub whole_frames: bool,
+}
+
+/// A space of points of R^d. A stream that exists must be of this space.
+#[derive(Clone, Copy, Debug)]
+pub struct WantedSpace {
+    /// The metric.
+    pub metric: wire::Metric,
+    /// The number of coordinates of a point, if it is known before the first one.
+    pub dimension: Option<u32>,
 }
 
 /// What the stream expects.
@@ -180,11 +193,12 @@ impl Delivery<'_> {
         stop: &mut Stop,
     ) -> Result<Answer, DeliveryError> {
         let window = window.map(daemon::wire_window);
-        sending.send(CHANNEL, Open { name: self.stream.to_owned(), window, resolution: self.resolution })?;
+        sending.send(CHANNEL, self.request(window))?;
         while stop.asked().is_none() {
             match receiving.receive_until(Instant::now() + MOMENT)? {
                 Received::Nothing => {}
                 Received::Message(CHANNEL, Message::Opened(opened)) => return Ok(Answer::Opened(opened)),
+                Received::Message(CHANNEL, Message::SpaceOpened(space)) => return Ok(Answer::Opened(space.opened)),
                 Received::Message(_, Message::Error(report)) => return Ok(Answer::Refused(report)),
                 Received::Message(_, Message::Goodbye(goodbye)) => {
                     let (address, reason) = (self.to.clone(), goodbye.reason);
@@ -195,6 +209,17 @@ impl Delivery<'_> {
             }
         }
         Ok(Answer::Signal)
+    }
+
+    /// What asks for the stream.
+    fn request(&self, window: Option<wire::Window>) -> Message {
+        let (name, resolution) = (self.stream.to_owned(), self.resolution);
+        match self.space {
+            None => Open { name, window, resolution }.into(),
+            Some(WantedSpace { metric, dimension }) => {
+                OpenSpace { name, window, resolution, metric: Some(metric), dimension }.into()
+            }
+        }
     }
 
     /// Starts the thread that takes answers, until the delivery ends.
@@ -311,13 +336,25 @@ impl Sender<'_> {
     fn send(&mut self, input: Input) -> Result<(), DeliveryError> {
         match input {
             Input::Points(batch) => {
-                let (points, times) = (batch.positions.clone(), batch.times.clone());
-                let message = wire::Batch { sequence: self.sequence, points, times, tags: Vec::new() };
-                self.message(Sent::Batch(batch), message.into())
+                let (sequence, times, tags) = (self.sequence, batch.times.clone(), Vec::new());
+                let message = match batch.positions.clone() {
+                    Positions::Plane(points) => wire::Batch { sequence, points, times, tags }.into(),
+                    Positions::Space { dimension, coordinates } => {
+                        let dimension = dimension as u32;
+                        wire::SpaceBatch { sequence, dimension, coordinates, times, tags }.into()
+                    }
+                };
+                self.message(Sent::Batch(batch), message)
             }
             Input::Retract(batch) => {
-                let retract = Retract { sequence: self.sequence, points: batch.positions.clone() };
-                self.message(Sent::Retract(batch), retract.into())
+                let sequence = self.sequence;
+                let message = match batch.positions.clone() {
+                    Positions::Plane(points) => Retract { sequence, points }.into(),
+                    Positions::Space { dimension, coordinates } => {
+                        wire::SpaceRetract { sequence, dimension: dimension as u32, coordinates }.into()
+                    }
+                };
+                self.message(Sent::Retract(batch), message)
             }
             // The end of the input closes the stream.
             Input::Close { .. } | Input::Abandon => Ok(()),

@@ -90,6 +90,13 @@ pub struct Subscription {
     pub reconnect: bool,
 }
 
+impl Subscription {
+    /// Whether streams of several names may match.
+    pub fn has_many(&self) -> bool {
+        self.pattern.contains('*')
+    }
+}
+
 /// How following ended in good order.
 #[derive(Debug)]
 pub struct Followed {
@@ -231,7 +238,7 @@ impl<S: MessageSink> Following<'_, S> {
         let Subscription { ref pattern, view, dots, tracks, .. } = *self.wanted;
         // 0 is the connection itself.
         self.channel = self.channel.checked_add(1).unwrap_or(1);
-        let resume = if resumes && !pattern.contains('*') { self.mirrors.resume(pattern) } else { None };
+        let resume = if resumes && !self.wanted.has_many() { self.mirrors.resume(pattern) } else { None };
         self.asks = Some(Instant::now() + ABSENT);
         sending.send(self.channel, Subscribe { pattern: pattern.clone(), view, dots, resume })?;
         match tracks {
@@ -278,7 +285,7 @@ impl<S: MessageSink> Following<'_, S> {
                 return Ok(Then::GoOn);
             }
             // All that belongs to the last wanted frame comes before the next frame.
-            Message::Snapshot(_) | Message::Diff(_) if self.ends.is_some() => {
+            message if message.frame().is_some() && self.ends.is_some() => {
                 self.ends = Some(Instant::now());
                 return Ok(Then::GoOn);
             }
@@ -309,11 +316,7 @@ impl<S: MessageSink> Following<'_, S> {
 
     fn frame(&mut self, message: &Message) -> Result<(), FollowError> {
         self.frames += 1;
-        let (number, frame) = match message {
-            Message::Snapshot(snapshot) => (snapshot.stream, &snapshot.frame),
-            Message::Diff(diff) => (diff.stream, &diff.frame),
-            _ => return Ok(()),
-        };
+        let (Some(number), Some(frame)) = (message.stream(), message.frame()) else { return Ok(()) };
         if let (true, Some(stream)) = (self.wanted.check, self.mirrors.get(number)) {
             let differs = |source| FollowError::Differs { stream: stream.name.clone(), source };
             verify(&stream.mirror, frame).map_err(differs)?;
@@ -338,7 +341,9 @@ impl<S: MessageSink> Following<'_, S> {
                 tracing::warn!("stream {name}: frames {} to {} come as one", lagged.first, lagged.last);
             }
             // The last frame's dots are there. Its tracks come only if there are events.
-            Message::Dots(_) if self.ends.is_some() && self.wanted.tracks == TracksWanted::No => {
+            Message::Dots(_) | Message::SpaceDots(_)
+                if self.ends.is_some() && self.wanted.tracks == TracksWanted::No =>
+            {
                 self.ends = Some(Instant::now());
             }
             _ => {}
@@ -358,7 +363,8 @@ impl<S: MessageSink> Following<'_, S> {
     }
 
     fn leaves_out_one(&self, report: &Report) -> bool {
-        report.code == ErrorCode::TooManyViews as u16 && self.wanted.pattern.contains('*')
+        let codes = [ErrorCode::TooManyViews, ErrorCode::NeedsVersion].map(|code| code as u16);
+        codes.contains(&report.code) && self.wanted.has_many()
     }
 
     fn refused(&self, report: &Report) -> FollowError {

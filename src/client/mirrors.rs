@@ -9,7 +9,8 @@
 use std::collections::BTreeMap;
 
 use hopes_protocol::{
-    Diff, Message, Mirror, MirrorError, Resume, Snapshot, StreamOpened, TrackMirror, TrackMirrorError, Window, is_name,
+    AnyMirror, Message, MirrorError, Resume, SpaceTrackMirror, StreamOpened, TrackMirror, TrackMirrorError, Window,
+    is_name,
 };
 use thiserror::Error;
 
@@ -26,9 +27,20 @@ pub struct Stream {
     /// Which of the streams of that name.
     pub epoch: u64,
     /// What is known of it.
-    pub mirror: Mirror,
-    /// What is known of its tracks.
+    pub mirror: AnyMirror,
+    /// What is known of its tracks, if it is of the plane.
     tracks: TrackMirror,
+    /// The same, if it is in a space.
+    space_tracks: SpaceTrackMirror,
+}
+
+impl Stream {
+    fn take_tracks(
+        &mut self,
+        take: impl FnOnce(&mut Self) -> Result<(), TrackMirrorError>,
+    ) -> Result<(), MirrorsError> {
+        take(self).map_err(|source| MirrorsError::Tracks { name: self.name.clone(), source })
+    }
 }
 
 /// The mirrors of all streams that are followed, by number.
@@ -91,22 +103,17 @@ impl Mirrors {
     pub fn take(&mut self, message: &Message) -> Result<Taken, MirrorsError> {
         match message {
             Message::StreamOpened(opened) => self.open(opened)?,
-            Message::Snapshot(snapshot) => {
-                let stream = self.known(snapshot.stream)?;
-                return proved(&stream.name, stream.mirror.apply_snapshot(snapshot));
+            frame if frame.frame().is_some() => {
+                let stream = self.subject(frame)?;
+                let named = |source| MirrorsError::Mirror { name: stream.name.clone(), source };
+                return stream.mirror.apply(frame).map(|_| Taken::Frame).map_err(named);
             }
-            Message::Diff(diff) => {
-                let stream = self.known(diff.stream)?;
-                return proved(&stream.name, stream.mirror.apply_diff(diff));
-            }
-            Message::Tracks(tracks) => {
-                let stream = self.known(tracks.stream)?;
-                let name = || stream.name.clone();
-                stream.tracks.apply(tracks).map_err(|source| MirrorsError::Tracks { name: name(), source })?;
+            Message::Tracks(tracks) => self.subject(message)?.take_tracks(|stream| stream.tracks.apply(tracks))?,
+            Message::SpaceTracks(tracks) => {
+                self.subject(message)?.take_tracks(|stream| stream.space_tracks.apply(tracks))?;
             }
             other => {
-                let number = subject(other).ok_or(MirrorsError::OutOfPlace { kind: other.kind() })?;
-                self.known(number)?;
+                self.subject(other)?;
             }
         }
         Ok(Taken::Other)
@@ -117,11 +124,11 @@ impl Mirrors {
     /// # Errors
     /// [`MirrorsError`].
     pub fn take_recorded(&mut self, message: &Message) -> Result<Taken, MirrorsError> {
-        if let Message::Snapshot(Snapshot { stream, .. }) | Message::Diff(Diff { stream, .. }) = message
-            && !self.0.contains_key(stream)
+        if let (Some(stream), Some(_)) = (message.stream(), message.frame())
+            && !self.0.contains_key(&stream)
         {
             let (name, window) = (DEFAULT_STREAM.to_owned(), Window::All);
-            self.open(&StreamOpened { stream: *stream, name, epoch: 0, window, resolution: None, frame: 0 })?;
+            self.open(&StreamOpened { stream, name, epoch: 0, window, resolution: None, frame: 0 })?;
         }
         self.take(message)
     }
@@ -140,7 +147,7 @@ impl Mirrors {
 
     /// The name of the stream that a message is about; empty if it was not announced.
     pub fn name_of(&self, message: &Message) -> &str {
-        let stream = subject(message).and_then(|number| self.get(number));
+        let stream = message.stream().and_then(|number| self.get(number));
         stream.map_or("", |stream| stream.name.as_str())
     }
 
@@ -169,42 +176,21 @@ impl Mirrors {
         if self.0.len() >= STREAMS {
             return Err(MirrorsError::TooMany);
         }
-        let tracks = TrackMirror::new();
-        self.0.insert(stream, Stream { name: name.clone(), epoch, mirror: mirror.unwrap_or_default(), tracks });
+        let (mirror, tracks, space_tracks) = (mirror.unwrap_or_default(), TrackMirror::new(), Default::default());
+        self.0.insert(stream, Stream { name: name.clone(), epoch, mirror, tracks, space_tracks });
         Ok(())
     }
 
-    fn known(&mut self, number: u32) -> Result<&mut Stream, MirrorsError> {
+    /// The stream that a message is about.
+    fn subject(&mut self, message: &Message) -> Result<&mut Stream, MirrorsError> {
+        let number = message.stream().ok_or(MirrorsError::OutOfPlace { kind: message.kind() })?;
         self.0.get_mut(&number).ok_or(MirrorsError::NotOpened { stream: number })
-    }
-}
-
-/// The number of the stream that a message is about.
-fn subject(message: &Message) -> Option<u32> {
-    match message {
-        Message::StreamOpened(opened) => Some(opened.stream),
-        Message::StreamClosed(closed) => Some(closed.stream),
-        Message::Snapshot(snapshot) => Some(snapshot.stream),
-        Message::Diff(diff) => Some(diff.stream),
-        Message::Dots(dots) => Some(dots.stream),
-        Message::Tracks(tracks) => Some(tracks.stream),
-        Message::Heartbeat(heartbeat) => Some(heartbeat.stream),
-        Message::Lagged(lagged) => Some(lagged.stream),
-        Message::Resumed(resumed) => Some(resumed.stream),
-        _ => None,
-    }
-}
-
-fn proved(name: &str, outcome: Result<(), MirrorError>) -> Result<Taken, MirrorsError> {
-    match outcome {
-        Ok(()) => Ok(Taken::Frame),
-        Err(source) => Err(MirrorsError::Mirror { name: name.to_owned(), source }),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use hopes_protocol::{Cause, Cut, FrameInfo, Simplify, View};
+    use hopes_protocol::{Cause, Cut, FrameInfo, Simplify, Snapshot, View};
 
     use super::*;
 

@@ -9,8 +9,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use hopes::topology::{Follower, Options, Pipeline, VertexId};
-use hopes_protocol::{Edge, FrameInfo, Mirror, Simplify};
+use hopes::topology::spaces::MAX_VERTICES;
+use hopes::topology::{Follower, Options, Pipeline, SpaceOptions, SpacePipeline, Step, VertexId, ViewSpec};
+use hopes_protocol::{AnyMirror, Edge, FrameInfo, Mirror, Position, Simplify, SpaceMirror};
 use thiserror::Error;
 
 use crate::daemon;
@@ -33,6 +34,14 @@ pub enum Differs {
     Simplified {
         /// The frame.
         frame: u64,
+    },
+    /// A space that cannot be.
+    #[error("frame {frame} is of a space that cannot be: {reason}")]
+    Space {
+        /// The frame.
+        frame: u64,
+        /// Why.
+        reason: String,
     },
     /// A point that cannot be.
     #[error("frame {frame} has vertex {vertex} where no vertex can be: {reason}")]
@@ -60,20 +69,50 @@ pub enum Differs {
 ///
 /// # Errors
 /// [`Differs`].
-pub fn verify(mirror: &Mirror, shown: &FrameInfo) -> Result<(), Differs> {
+pub fn verify(mirror: &AnyMirror, shown: &FrameInfo) -> Result<(), Differs> {
     let frame = shown.number;
     if shown.view.simplify != Simplify::No {
         return Err(Differs::Simplified { frame });
     }
     let spec = daemon::spec(shown.view.cut).map_err(|reason| Differs::View { frame, reason })?;
+    match mirror {
+        AnyMirror::Plane(mirror) => {
+            let step = planar_step(mirror, spec, frame)?;
+            compare(mirror, shown, step.as_ref())
+        }
+        AnyMirror::Space(mirror) => {
+            let step = space_step(mirror, spec, frame)?;
+            compare(mirror, shown, step.as_ref())
+        }
+    }
+}
+
+fn planar_step(mirror: &Mirror, spec: ViewSpec, frame: u64) -> Result<Option<Step>, Differs> {
     let mut pipeline = Pipeline::new(Options::default());
     for (&vertex, &(x, y)) in mirror.vertices() {
         let fed = pipeline.feed_point(x, y, None);
         fed.map_err(|refusal| Differs::Vertex { frame, vertex, reason: refusal.to_string() })?;
     }
     pipeline.commit(None);
-    let other = |what| Differs::Other { frame, what, vertices: mirror.vertices().len() };
-    let step = pipeline.poll_step(&mut Follower::new(spec)).ok_or_else(|| other("frames"))?;
+    Ok(pipeline.poll_step(&mut Follower::new(spec)))
+}
+
+fn space_step(mirror: &SpaceMirror, spec: ViewSpec, frame: u64) -> Result<Option<Step>, Differs> {
+    let metric = mirror.place().metric.map(daemon::metric).unwrap_or_default();
+    let options = SpaceOptions { metric, max_vertices: MAX_VERTICES, ..SpaceOptions::default() };
+    let mut pipeline =
+        SpacePipeline::new(options).map_err(|error| Differs::Space { frame, reason: error.to_string() })?;
+    for (&vertex, point) in mirror.vertices() {
+        let fed = pipeline.feed_point(point, None);
+        fed.map_err(|refusal| Differs::Vertex { frame, vertex, reason: refusal.to_string() })?;
+    }
+    pipeline.commit(None);
+    Ok(pipeline.poll_step(&mut Follower::new(spec)))
+}
+
+fn compare<P: Position>(mirror: &Mirror<P>, shown: &FrameInfo, step: Option<&Step>) -> Result<(), Differs> {
+    let other = |what| Differs::Other { frame: shown.number, what, vertices: mirror.vertices().len() };
+    let step = step.ok_or_else(|| other("frames"))?;
     // Its ids count from 0, in the order of the mirror's.
     let ids: Vec<u64> = mirror.vertices().keys().copied().collect();
     if step.diff.vertices_added.len() != ids.len() {

@@ -118,7 +118,7 @@ impl HttpAccess {
         name: &str,
         view: wire::View,
         patience: Duration,
-    ) -> Result<Arc<Charged<wire::Snapshot>>, SnapshotError> {
+    ) -> Result<Arc<Charged<wire::Message>>, SnapshotError> {
         convert::check_view(view).map_err(SnapshotError::BadView)?;
         let stream = self.directory.stream(name).ok_or_else(|| SnapshotError::NoStream(name.to_owned()))?;
         if stream.state.stats.frame() == 0 {

@@ -9,10 +9,11 @@
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use hopes::topology::{Options, TrackOptions};
+use hopes::topology::TrackOptions;
 use hopes_protocol as wire;
 
 use super::address::Address;
+use super::streams::pipeline::PipelineOptions;
 use super::streams::queue::Overload;
 
 /// The name of this software in the protocol.
@@ -25,7 +26,7 @@ pub const DEFAULT_STREAM: &str = "default";
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StreamSettings {
     /// Which points stay.
-    pub options: Options,
+    pub options: PipelineOptions,
     /// Close a frame after so many points.
     pub frame_points: Option<u64>,
     /// Close a frame each time so much time has passed.
@@ -51,8 +52,10 @@ pub struct Limits {
     pub peer_views: NonZeroUsize,
     /// Points in the window of a stream.
     pub points: u64,
-    /// Distinct positions in a stream.
+    /// Distinct positions in a stream of the plane.
     pub vertices: u64,
+    /// Distinct positions in a stream in a space that a peer has made. A frame costs their square.
+    pub space_vertices: usize,
     /// Estimated bytes of all streams; 0 for no limit.
     pub memory: u64,
     /// Points that wait in the queue of a stream.
@@ -83,6 +86,7 @@ impl Default for Limits {
             peer_views: const { NonZeroUsize::new(16).unwrap() },
             points: 100_000_000,
             vertices: 20_000_000,
+            space_vertices: 4096,
             memory: 0,
             waiting_points: 1 << 16,
             largest_batch: 1 << 16,

@@ -6,8 +6,10 @@
 //! Must not know: channels, the core.
 
 use hopes_protocol::{
-    Critical, Cut, Diff, Edge, FrameInfo, Happening, Simplify, Snapshot, Track, TrackEvent, Tracks, Vertex,
+    Critical, Cut, Edge, FrameInfo, Happening, Message, Simplify, SpaceTrack, SpaceTrackEvent, Track, TrackEvent,
+    Vertex,
 };
+use serde::ser::SerializeSeq;
 use serde::{Serialize, Serializer};
 
 /// One line of output.
@@ -26,31 +28,56 @@ pub struct FrameLine<'a> {
     #[serde(serialize_with = "as_text")]
     checksum: u64,
     #[serde(flatten)]
-    tracks: Option<TracksPart>,
+    tracks: Option<TracksPart<'a>>,
 }
 
 /// What a line says of tracks.
 #[derive(Debug, Serialize)]
-struct TracksPart {
-    tracks: Vec<EventLine>,
+struct TracksPart<'a> {
+    tracks: Vec<EventLine<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    alive: Option<Vec<AliveLine>>,
+    alive: Option<Vec<AliveLine<'a>>>,
 }
 
-/// Id, x, y, radius, birth, death.
-type AliveLine = (u64, f64, f64, f64, f64, f64);
+/// A list: id, the centre's coordinates, radius, birth, death.
+#[derive(Debug)]
+struct AliveLine<'a> {
+    id: u64,
+    center: Place<'a>,
+    radius: f64,
+    birth: f64,
+    death: f64,
+}
+
+/// Coordinates, as a list.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(untagged)]
+enum Place<'a> {
+    Plane([f64; 2]),
+    Space(&'a [f64]),
+}
+
+impl Place<'_> {
+    fn coordinates(&self) -> &[f64] {
+        match self {
+            Self::Plane(coordinates) => coordinates,
+            Self::Space(coordinates) => coordinates,
+        }
+    }
+}
 
 #[derive(Debug, Serialize)]
-struct EventLine {
+struct EventLine<'a> {
     id: u64,
     event: &'static str,
     age: u64,
     birth: f64,
     death: f64,
-    center: (f64, f64),
+    center: Place<'a>,
     radius: f64,
-    area: f64,
-    velocity: (f64, f64),
+    #[serde(skip_serializing_if = "Option::is_none")]
+    area: Option<f64>,
+    velocity: Place<'a>,
     #[serde(skip_serializing_if = "Option::is_none")]
     from: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -67,35 +94,74 @@ pub struct TracksLine<'a> {
     from: u64,
     time: Option<f64>,
     #[serde(flatten)]
-    tracks: TracksPart,
+    tracks: TracksPart<'a>,
 }
 
 impl<'a> TracksLine<'a> {
-    /// The line of a message.
-    pub fn new(stream: &'a str, message: &Tracks) -> Self {
-        let Tracks { from, frame, time, events, alive, .. } = message;
-        Self { stream, frame: *frame, from: *from, time: *time, tracks: TracksPart::new(events, alive.as_deref()) }
+    /// The line of a message; none for one that is not about tracks.
+    pub fn new(stream: &'a str, message: &'a Message) -> Option<Self> {
+        let (frame, from, time) = match message {
+            Message::Tracks(tracks) => (tracks.frame, tracks.from, tracks.time),
+            Message::SpaceTracks(tracks) => (tracks.frame, tracks.from, tracks.time),
+            _ => return None,
+        };
+        Some(Self { stream, frame, from, time, tracks: TracksPart::new(message)? })
     }
 }
 
-impl TracksPart {
-    fn new(events: &[TrackEvent], alive: Option<&[Track]>) -> Self {
-        let line = |track: &Track| {
-            let &Track { id, birth, death, center: (x, y), radius, .. } = track;
-            (id, x, y, radius, birth, death)
-        };
-        Self {
-            tracks: events.iter().map(EventLine::new).collect(),
-            alive: alive.map(|alive| alive.iter().map(line).collect()),
+impl<'a> TracksPart<'a> {
+    fn new(message: &'a Message) -> Option<Self> {
+        match message {
+            Message::Tracks(message) => {
+                let alive = message.alive.as_ref().map(|alive| alive.iter().map(AliveLine::of_plane).collect());
+                Some(Self { tracks: message.events.iter().map(EventLine::of_plane).collect(), alive })
+            }
+            Message::SpaceTracks(message) => {
+                let alive = message.alive.as_ref().map(|alive| alive.iter().map(AliveLine::of_space).collect());
+                Some(Self { tracks: message.events.iter().map(EventLine::of_space).collect(), alive })
+            }
+            _ => None,
         }
     }
 }
 
-impl EventLine {
-    fn new(event: &TrackEvent) -> Self {
-        let &Track { id, age, birth, death, center, radius, area, velocity, .. } = &event.track;
+impl<'a> AliveLine<'a> {
+    fn of_plane(track: &Track) -> Self {
+        let &Track { id, birth, death, center, radius, .. } = track;
+        Self { id, center: Place::Plane(center.into()), radius, birth, death }
+    }
+
+    fn of_space(track: &'a SpaceTrack) -> Self {
+        let &SpaceTrack { id, birth, death, ref center, radius, .. } = track;
+        Self { id, center: Place::Space(center), radius, birth, death: death.unwrap_or(f64::INFINITY) }
+    }
+}
+
+impl Serialize for AliveLine<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let center = self.center.coordinates();
+        let mut list = serializer.serialize_seq(Some(center.len() + 4))?;
+        list.serialize_element(&self.id)?;
+        center
+            .iter()
+            .chain(&[self.radius, self.birth, self.death])
+            .try_for_each(|number| list.serialize_element(number))?;
+        list.end()
+    }
+}
+
+/// What happens to a track in a word, with the other track that it names, or what has changed.
+struct Event {
+    word: &'static str,
+    from: Option<u64>,
+    into: Option<u64>,
+    changed: Option<Vec<&'static str>>,
+}
+
+impl From<Happening> for Event {
+    fn from(happening: Happening) -> Self {
         let (mut from, mut into, mut changed) = (None, None, None);
-        let event = match event.happening {
+        let word = match happening {
             Happening::Born => "born",
             Happening::Split(other) => {
                 from = Some(other);
@@ -114,7 +180,23 @@ impl EventLine {
             }
             Happening::Died => "died",
         };
-        Self { id, event, age, birth, death, center, radius, area, velocity, from, into, changed }
+        Self { word, from, into, changed }
+    }
+}
+
+impl<'a> EventLine<'a> {
+    fn of_plane(event: &'a TrackEvent) -> Self {
+        let &Track { id, age, birth, death, center, radius, area, velocity, .. } = &event.track;
+        let (center, velocity) = (Place::Plane(center.into()), Place::Plane(velocity.into()));
+        let Event { word: event, from, into, changed } = event.happening.into();
+        Self { id, event, age, birth, death, center, radius, area: Some(area), velocity, from, into, changed }
+    }
+
+    fn of_space(event: &'a SpaceTrackEvent) -> Self {
+        let &SpaceTrack { id, age, birth, death, ref center, radius, ref velocity, .. } = &event.track;
+        let (death, center, velocity) = (death.unwrap_or(f64::INFINITY), Place::Space(center), Place::Space(velocity));
+        let Event { word: event, from, into, changed } = event.happening.into();
+        Self { id, event, age, birth, death, center, radius, area: None, velocity, from, into, changed }
     }
 }
 
@@ -146,8 +228,41 @@ enum Threshold {
 
 #[derive(Debug, Serialize)]
 struct Vertices<'a> {
-    add: &'a [Vertex],
+    add: Points<'a>,
     del: &'a [u64],
+}
+
+/// Vertices: each a list of its id and its coordinates.
+#[derive(Debug)]
+enum Points<'a> {
+    Plane(&'a [Vertex]),
+    Space { ids: &'a [u64], coordinates: &'a [f64], dimension: u32 },
+}
+
+impl Serialize for Points<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Plane(vertices) => vertices.serialize(serializer),
+            Self::Space { ids, coordinates, dimension } => {
+                let points = coordinates.chunks_exact((*dimension).max(1) as usize);
+                serializer.collect_seq(ids.iter().zip(points).map(|(&id, point)| PointLine { id, point }))
+            }
+        }
+    }
+}
+
+struct PointLine<'a> {
+    id: u64,
+    point: &'a [f64],
+}
+
+impl Serialize for PointLine<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut list = serializer.serialize_seq(Some(1 + self.point.len()))?;
+        list.serialize_element(&self.id)?;
+        self.point.iter().try_for_each(|number| list.serialize_element(number))?;
+        list.end()
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -163,29 +278,50 @@ struct CriticalEdges<'a> {
 }
 
 impl<'a> FrameLine<'a> {
-    /// The line of a frame of a stream.
-    pub fn new(stream: &'a str, diff: &'a Diff) -> Self {
-        Self {
-            vertices: Vertices { add: &diff.vertices_added, del: &diff.vertices_removed },
-            edges: Edges { add: &diff.edges_added, del: &diff.edges_removed },
-            critical: CriticalEdges { set: &diff.critical_set, del: &diff.critical_removed },
-            ..Self::empty(stream, &diff.frame, diff.from, diff.checksum)
-        }
+    /// The line of a frame of a stream; none for a message that is no frame. A snapshot is a change from nothing, hence
+    /// from frame 0.
+    pub fn new(stream: &'a str, message: &'a Message) -> Option<Self> {
+        Some(match message {
+            Message::Diff(diff) => Self {
+                vertices: Vertices { add: Points::Plane(&diff.vertices_added), del: &diff.vertices_removed },
+                edges: Edges { add: &diff.edges_added, del: &diff.edges_removed },
+                critical: CriticalEdges { set: &diff.critical_set, del: &diff.critical_removed },
+                ..Self::empty(stream, &diff.frame, diff.from, diff.checksum)
+            },
+            Message::SpaceDiff(diff) => {
+                let (ids, coordinates, dimension) = (&diff.ids_added, &diff.coordinates_added, diff.dimension);
+                Self {
+                    vertices: Vertices {
+                        add: Points::Space { ids, coordinates, dimension },
+                        del: &diff.vertices_removed,
+                    },
+                    edges: Edges { add: &diff.edges_added, del: &diff.edges_removed },
+                    critical: CriticalEdges { set: &diff.critical_set, del: &diff.critical_removed },
+                    ..Self::empty(stream, &diff.frame, diff.from, diff.checksum)
+                }
+            }
+            Message::Snapshot(snapshot) => Self {
+                vertices: Vertices { add: Points::Plane(&snapshot.vertices), del: &[] },
+                edges: Edges { add: &snapshot.edges, del: &[] },
+                critical: CriticalEdges { set: &snapshot.critical, del: &[] },
+                ..Self::empty(stream, &snapshot.frame, 0, snapshot.checksum)
+            },
+            Message::SpaceSnapshot(snapshot) => {
+                let (ids, coordinates, dimension) = (&snapshot.ids, &snapshot.coordinates, snapshot.dimension);
+                Self {
+                    vertices: Vertices { add: Points::Space { ids, coordinates, dimension }, del: &[] },
+                    edges: Edges { add: &snapshot.edges, del: &[] },
+                    critical: CriticalEdges { set: &snapshot.critical, del: &[] },
+                    ..Self::empty(stream, &snapshot.frame, 0, snapshot.checksum)
+                }
+            }
+            _ => return None,
+        })
     }
 
-    /// The line of a whole view: a change from nothing, hence from frame 0.
-    pub fn of_snapshot(stream: &'a str, snapshot: &'a Snapshot) -> Self {
-        Self {
-            vertices: Vertices { add: &snapshot.vertices, del: &[] },
-            edges: Edges { add: &snapshot.edges, del: &[] },
-            critical: CriticalEdges { set: &snapshot.critical, del: &[] },
-            ..Self::empty(stream, &snapshot.frame, 0, snapshot.checksum)
-        }
-    }
-
-    /// Adds the events of tracks up to the frame and, if given, all living tracks.
-    pub fn add_tracks(&mut self, events: &[TrackEvent], alive: Option<Vec<Track>>) {
-        self.tracks = Some(TracksPart::new(events, alive.as_deref()));
+    /// Adds what a message says of tracks up to the frame.
+    pub fn add_tracks(&mut self, message: &'a Message) {
+        self.tracks = TracksPart::new(message);
     }
 
     fn empty(stream: &'a str, frame: &FrameInfo, from: u64, checksum: u64) -> Self {
@@ -197,7 +333,7 @@ impl<'a> FrameLine<'a> {
             points: frame.vertices,
             rejected: frame.rejected,
             view: ViewLine::new(frame),
-            vertices: Vertices { add: &[], del: &[] },
+            vertices: Vertices { add: Points::Plane(&[]), del: &[] },
             edges: Edges { add: &[], del: &[] },
             critical: CriticalEdges { set: &[], del: &[] },
             checksum,

@@ -7,7 +7,7 @@
 
 use std::io::{self, BufWriter, Write};
 
-use hopes_protocol::{Banner, FILE_VERSION, Message, encode};
+use hopes_protocol::{Banner, FILE_VERSION, Message, SPACE_FILE_VERSION, encode};
 
 use super::frame_line::FrameLine;
 use super::recording;
@@ -36,13 +36,21 @@ pub struct FrameWriter<W: Write> {
     recorded: u64,
     /// The last frame.
     last: Option<u64>,
+    /// The version of the recording.
+    version: u16,
 }
 
 impl<W: Write> FrameWriter<W> {
     /// Nothing is written yet: the banner of a recording comes with the first frame, or with the end.
     pub fn new(form: FrameForm, lists_tracks: bool, sink: W) -> Self {
         let sink = BufWriter::with_capacity(1 << 16, sink);
-        Self { sink, form, lists_tracks, recorded: 0, last: None }
+        Self { sink, form, lists_tracks, recorded: 0, last: None, version: FILE_VERSION }
+    }
+
+    /// Writes frames of a space, which recordings for older readers cannot have.
+    #[must_use]
+    pub fn of_space(self) -> Self {
+        Self { version: SPACE_FILE_VERSION, ..self }
     }
 
     /// Writes a frame, and flushes it.
@@ -75,23 +83,23 @@ impl<W: Write> FrameWriter<W> {
         self.sink.flush()
     }
 
-    fn write_line(&mut self, OutputFrame { diff, tracks }: &OutputFrame) -> io::Result<()> {
-        let mut line = FrameLine::new(DEFAULT_STREAM, diff);
-        if let Some(tracks) = tracks {
-            line.add_tracks(&tracks.events, self.lists_tracks.then(|| tracks.alive()));
+    fn write_line(&mut self, OutputFrame { stream, diff, tracks, .. }: &OutputFrame) -> io::Result<()> {
+        let tracks = tracks.as_ref().map(|tracks| tracks.changes(*stream, self.lists_tracks));
+        let Some(mut line) = FrameLine::new(DEFAULT_STREAM, diff) else { return Ok(()) };
+        if let Some(tracks) = &tracks {
+            line.add_tracks(tracks);
         }
         serde_json::to_writer(&mut self.sink, &line)?;
         self.sink.write_all(b"\n")
     }
 
-    fn record(&mut self, OutputFrame { diff, tracks }: OutputFrame) -> io::Result<()> {
-        let stream = diff.stream;
+    fn record(&mut self, OutputFrame { stream, number, diff, tracks }: OutputFrame) -> io::Result<()> {
         self.begin()?;
-        self.last = Some(diff.frame.number);
-        self.put(CHANNEL, &Message::Diff(diff))?;
+        self.last = Some(number);
+        self.put(CHANNEL, &diff)?;
         if let Some(tracks) = tracks {
-            self.put(CHANNEL, &Message::Tracks(tracks.message(stream, self.recorded, self.lists_tracks)))?;
-            self.recorded = tracks.frame;
+            self.put(CHANNEL, &tracks.message(stream, self.recorded, self.lists_tracks))?;
+            self.recorded = tracks.frame();
         }
         Ok(())
     }
@@ -100,10 +108,10 @@ impl<W: Write> FrameWriter<W> {
         if self.last.is_some() {
             return Ok(());
         }
-        self.sink.write_all(&Banner { lowest: FILE_VERSION, highest: FILE_VERSION }.encode())
+        self.sink.write_all(&Banner { lowest: self.version, highest: self.version }.encode())
     }
 
     fn put(&mut self, channel: u32, message: &Message) -> io::Result<()> {
-        self.sink.write_all(&encode(FILE_VERSION, channel, message).map_err(io::Error::other)?)
+        self.sink.write_all(&encode(self.version, channel, message).map_err(io::Error::other)?)
     }
 }

@@ -12,7 +12,8 @@ use std::io::{self, Write};
 use std::time::Duration;
 
 use hopes_protocol::{
-    Cause, Cut, Diff, Dot, Dots, FrameInfo, Happening, Lagged, Message, Snapshot, TrackEvent, Tracks,
+    Cause, Cut, Dots, Edge, FrameInfo, Happening, Lagged, Message, Snapshot, SpaceDots, SpaceSnapshot, SpaceTrack,
+    SpaceTrackEvent, Track, TrackEvent,
 };
 use serde::Serialize;
 
@@ -57,6 +58,13 @@ impl<W: Write> MessageWriter<W> {
         }
     }
 
+    /// Streams of the plane and in spaces may come: a recording must have both.
+    pub fn set_mixed(&mut self) {
+        if let Self::Bin(recording) = self {
+            recording.set_mixed();
+        }
+    }
+
     /// Writes a message about the stream of that name, which came so long after the first message.
     pub fn write(&mut self, name: &str, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
         match self {
@@ -97,33 +105,59 @@ impl<W: Write> MessageWriter<W> {
 fn as_text(sink: &mut impl Write, name: &str, message: &Message) -> io::Result<()> {
     match message {
         Message::Snapshot(snapshot) => {
-            let Snapshot { vertices, edges, critical, .. } = snapshot;
+            let Snapshot { cause, vertices, edges, critical, .. } = snapshot;
             let size = vertices.len() + edges.len() + critical.len();
-            let why = match snapshot.cause {
-                Cause::Start => "start",
-                Cause::ViewChanged => "new view",
-                Cause::Lagged => "lagged",
-                Cause::CannotResume => "cannot resume",
-            };
-            let frame = Line { name, frame: &snapshot.frame };
-            writeln!(sink, "{frame}  all {size} ({why})")
+            snapshot_as_text(sink, Line { name, frame: &snapshot.frame }, size, *cause)
+        }
+        Message::SpaceSnapshot(snapshot) => {
+            let SpaceSnapshot { cause, ids, edges, critical, .. } = snapshot;
+            let size = ids.len() + edges.len() + critical.len();
+            snapshot_as_text(sink, Line { name, frame: &snapshot.frame }, size, *cause)
         }
         Message::Diff(diff) => {
-            let (added, removed) = size(diff);
-            let frame = Line { name, frame: &diff.frame };
-            writeln!(sink, "{frame}  +{added} -{removed}")
+            let added = diff.vertices_added.len() + diff.edges_added.len() + diff.critical_set.len();
+            let removed = diff.vertices_removed.len() + diff.edges_removed.len() + diff.critical_removed.len();
+            writeln!(sink, "{}  +{added} -{removed}", Line { name, frame: &diff.frame })
+        }
+        Message::SpaceDiff(diff) => {
+            let added = diff.ids_added.len() + diff.edges_added.len() + diff.critical_set.len();
+            let removed = diff.vertices_removed.len() + diff.edges_removed.len() + diff.critical_removed.len();
+            writeln!(sink, "{}  +{added} -{removed}", Line { name, frame: &diff.frame })
         }
         Message::Lagged(Lagged { first, last, .. }) => {
             writeln!(sink, "{name}  frames {first} to {last} come as one: this side was too slow")
         }
-        Message::Dots(dots) => dots_as_text(sink, name, dots),
+        Message::Dots(Dots { frame, total, dots, .. }) => {
+            let listed = dots.iter().map(|dot| (dot.edge, dot.birth, dot.death));
+            dots_as_text(sink, name, (*frame, *total), listed)
+        }
+        Message::SpaceDots(SpaceDots { frame, total, dots, .. }) => {
+            let listed = dots.iter().map(|dot| (dot.edge, dot.birth, dot.death.unwrap_or(f64::INFINITY)));
+            dots_as_text(sink, name, (*frame, *total), listed)
+        }
         _ => as_events(sink, name, message),
     }
 }
 
 fn as_events(sink: &mut impl Write, name: &str, message: &Message) -> io::Result<()> {
     match message {
-        Message::Tracks(tracks) => tracks_as_text(sink, name, tracks),
+        Message::Tracks(tracks) => {
+            let shown = |event: &TrackEvent| {
+                let (x, y) = event.track.center;
+                let Track { id, birth, radius, .. } = event.track;
+                (event.frame, event.happening, id, place(&[x, y]), birth, radius)
+            };
+            let count = tracks.alive.as_ref().map(Vec::len);
+            tracks_as_text(sink, name, (tracks.from, tracks.frame, count), tracks.events.iter().map(shown))
+        }
+        Message::SpaceTracks(tracks) => {
+            let shown = |event: &SpaceTrackEvent| {
+                let SpaceTrack { id, birth, death, ref center, .. } = event.track;
+                (event.frame, event.happening, id, place(center), birth, death.unwrap_or(f64::INFINITY))
+            };
+            let count = tracks.alive.as_ref().map(Vec::len);
+            tracks_as_text(sink, name, (tracks.from, tracks.frame, count), tracks.events.iter().map(shown))
+        }
         Message::StreamClosed(closed) => {
             let reason: String = closed.reason.chars().filter(|character| !character.is_control()).collect();
             writeln!(sink, "{name}  closed after frame {}: {reason}", closed.frame)
@@ -132,27 +166,46 @@ fn as_events(sink: &mut impl Write, name: &str, message: &Message) -> io::Result
     }
 }
 
-/// How much is new, and how much is gone.
-fn size(diff: &Diff) -> (usize, usize) {
-    let added = diff.vertices_added.len() + diff.edges_added.len() + diff.critical_set.len();
-    let removed = diff.vertices_removed.len() + diff.edges_removed.len() + diff.critical_removed.len();
-    (added, removed)
+fn snapshot_as_text(sink: &mut impl Write, frame: Line<'_>, size: usize, cause: Cause) -> io::Result<()> {
+    let why = match cause {
+        Cause::Start => "start",
+        Cause::ViewChanged => "new view",
+        Cause::Lagged => "lagged",
+        Cause::CannotResume => "cannot resume",
+    };
+    writeln!(sink, "{frame}  all {size} ({why})")
 }
 
-fn dots_as_text(sink: &mut impl Write, name: &str, dots: &Dots) -> io::Result<()> {
-    write!(sink, "{name}  frame {}  dots {} of {}:", dots.frame, dots.dots.len(), dots.total)?;
-    for Dot { edge: (a, b), birth, death, .. } in &dots.dots {
-        write!(sink, "  {}..{} ({a}-{b})", Short(*birth), Short(*death))?;
+/// A critical edge, birth and death.
+type ShownDot = (Edge, f64, f64);
+
+fn dots_as_text(
+    sink: &mut impl Write,
+    name: &str,
+    (frame, total): (u64, u64),
+    dots: impl ExactSizeIterator<Item = ShownDot>,
+) -> io::Result<()> {
+    write!(sink, "{name}  frame {frame}  dots {} of {total}:", dots.len())?;
+    for ((a, b), birth, death) in dots {
+        write!(sink, "  {}..{} ({a}-{b})", Short(birth), Short(death))?;
     }
     writeln!(sink)
 }
 
+/// Frame, what has happened, the track's id, its centre, birth and death.
+type ShownEvent = (u64, Happening, u64, String, f64, f64);
+
 /// What has happened, where it is more than a movement.
-fn tracks_as_text(sink: &mut impl Write, name: &str, tracks: &Tracks) -> io::Result<()> {
-    if let (0, Some(alive)) = (tracks.from, &tracks.alive) {
-        writeln!(sink, "{name}  frame {}  {} tracks are alive", tracks.frame, alive.len())?;
+fn tracks_as_text(
+    sink: &mut impl Write,
+    name: &str,
+    (from, frame, alive): (u64, u64, Option<usize>),
+    events: impl Iterator<Item = ShownEvent>,
+) -> io::Result<()> {
+    if let (0, Some(alive)) = (from, alive) {
+        writeln!(sink, "{name}  frame {frame}  {alive} tracks are alive")?;
     }
-    for TrackEvent { frame, happening, track, .. } in &tracks.events {
+    for (frame, happening, id, place, birth, death) in events {
         let what = match happening {
             Happening::Updated(_) => continue,
             Happening::Born => "is born".to_owned(),
@@ -162,11 +215,20 @@ fn tracks_as_text(sink: &mut impl Write, name: &str, tracks: &Tracks) -> io::Res
             Happening::Merged(into) => format!("merges into {into}"),
             Happening::Died => "dies".to_owned(),
         };
-        let (x, y) = track.center;
-        let [x, y, radius, birth] = [x, y, track.radius, track.birth].map(Short);
-        writeln!(sink, "{name}  frame {frame}  track {} {what}: at ({x}, {y}), {birth}..{radius}", track.id)?;
+        let [birth, death] = [birth, death].map(Short);
+        writeln!(sink, "{name}  frame {frame}  track {id} {what}: at {place}, {birth}..{death}")?;
     }
     Ok(())
+}
+
+/// Coordinates for people: of many, the first ones.
+fn place(coordinates: &[f64]) -> String {
+    const SHOWN: usize = 8;
+    let mut words: Vec<String> = coordinates.iter().take(SHOWN).map(|&number| Short(number).to_string()).collect();
+    if coordinates.len() > SHOWN {
+        words.push("..".to_owned());
+    }
+    format!("({})", words.join(", "))
 }
 
 /// A frame, for people.
@@ -201,10 +263,10 @@ struct LaggedLine<'a> {
 }
 
 #[derive(Serialize)]
-struct DotsLine<'a> {
+struct DotsLine<'a, D> {
     stream: &'a str,
     frame: u64,
-    dots: Vec<DotLine>,
+    dots: Vec<D>,
     total: u64,
 }
 
@@ -214,6 +276,14 @@ struct DotLine {
     death: f64,
     edge: (u64, u64),
     hole: HoleLine,
+}
+
+#[derive(Serialize)]
+struct SpaceDotLine {
+    birth: f64,
+    death: Option<f64>,
+    edge: (u64, u64),
+    death_edge: Option<(u64, u64)>,
 }
 
 #[derive(Serialize)]
@@ -228,8 +298,6 @@ struct HoleLine {
 /// Those of the sink.
 pub fn as_json(sink: &mut impl Write, name: &str, message: &Message) -> io::Result<()> {
     match message {
-        Message::Snapshot(snapshot) => line(sink, &FrameLine::of_snapshot(name, snapshot)),
-        Message::Diff(diff) => line(sink, &FrameLine::new(name, diff)),
         Message::Lagged(Lagged { first, last, .. }) => {
             line(sink, &LaggedLine { stream: name, lagged: [*first, *last] })
         }
@@ -243,8 +311,19 @@ pub fn as_json(sink: &mut impl Write, name: &str, message: &Message) -> io::Resu
             let (stream, dots, frame, total) = (name, listed.collect(), dots.frame, dots.total);
             line(sink, &DotsLine { stream, frame, dots, total })
         }
-        Message::Tracks(tracks) => line(sink, &TracksLine::new(name, tracks)),
-        _ => Ok(()),
+        Message::SpaceDots(SpaceDots { frame, total, dots, .. }) => {
+            let listed = dots.iter().map(|dot| SpaceDotLine {
+                birth: dot.birth,
+                death: dot.death,
+                edge: dot.edge,
+                death_edge: dot.death_edge,
+            });
+            line(sink, &DotsLine { stream: name, frame: *frame, dots: listed.collect(), total: *total })
+        }
+        message => {
+            let frame = FrameLine::new(name, message).map_or(Ok(()), |frame| line(sink, &frame));
+            frame.and_then(|()| TracksLine::new(name, message).map_or(Ok(()), |tracks| line(sink, &tracks)))
+        }
     }
 }
 

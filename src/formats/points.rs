@@ -7,25 +7,42 @@
 //! behind at the end, also if that is a failure. A sink that returns false ends the reading.
 //! Must not know: where inputs go.
 
+mod spaces;
+
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use hopes_protocol::Message;
+use hopes_protocol::{Message, SpaceBatch};
 use thiserror::Error;
 
 use super::degrees::tell_choice;
+use super::input::space::{MOST_COORDINATES, PointSettings, SpaceError};
 use super::input::{Columns, Format, Limits, ReadError, Reader, Record, opened};
 use super::recording::{Frames, Next, RecordingError};
-use crate::daemon::{Batch, Input};
+use crate::daemon::{Batch, Input, Point, Positions};
 
 /// How the points are written.
 #[derive(Clone, Debug)]
 pub enum Form {
     /// Lines; without a format, by the file's name or first bytes.
     Lines(Option<Format>, Columns),
+    /// Lines of points of R^d.
+    Space(PointSettings),
     /// Frames of the protocol.
     Binary,
+}
+
+impl Form {
+    /// The same, with event times where the header names them, if these are wanted.
+    #[must_use]
+    pub fn with_times(self, wants_times: bool) -> Self {
+        match self {
+            Self::Lines(format, columns) => Self::Lines(format, columns.with_times(wants_times)),
+            Self::Space(settings) => Self::Space(PointSettings { wants_times, ..settings }),
+            Self::Binary => Self::Binary,
+        }
+    }
 }
 
 /// Where the bytes come from.
@@ -68,6 +85,9 @@ pub enum PointsError {
     /// The source failed. The text names the cause.
     #[error("{0}")]
     Read(ReadError),
+    /// The source failed, or has no points of one space. The text names the cause.
+    #[error("{0}")]
+    Space(SpaceError),
     /// The bytes are no frames of the protocol.
     #[error(transparent)]
     Frames(#[from] RecordingError),
@@ -104,6 +124,7 @@ impl PointSource {
         loop {
             let read = match &self.form {
                 Form::Lines(format, columns) => self.lines(*format, columns.clone(), &mut batcher, progress),
+                Form::Space(settings) => spaces::read_lines(self, settings, &mut batcher, progress),
                 Form::Binary => self.binary(&mut batcher, progress),
             };
             let read = read.inspect_err(|_| {
@@ -131,6 +152,11 @@ impl PointSource {
         })
     }
 
+    /// The file, if it is one.
+    fn path(&self) -> Option<&Path> {
+        if let Origin::File(path) = &self.origin { Some(path) } else { None }
+    }
+
     fn name(&self) -> String {
         match &self.origin {
             Origin::File(path) => path.display().to_string(),
@@ -140,8 +166,7 @@ impl PointSource {
 
     fn with_format(&self, format: Option<Format>) -> Result<(Format, Box<dyn Read>), PointsError> {
         let source = self.open()?;
-        let path = if let Origin::File(path) = &self.origin { Some(path.as_path()) } else { None };
-        opened(path, format, source).map_err(PointsError::Read)
+        opened(self.path(), format, source).map_err(PointsError::Read)
     }
 
     fn lines(
@@ -159,9 +184,9 @@ impl PointSource {
             let sent = match reader.next_record().map_err(PointsError::Read)? {
                 None => return Ok(Ok(())),
                 Some(Record::Points { points, time }) => {
-                    points.iter().try_for_each(|&[x, y]| batcher.add((x, y), time, line))
+                    points.iter().try_for_each(|&[x, y]| batcher.add(Point::Plane(x, y), time, line))
                 }
-                Some(Record::Retract { points }) => batcher.retract(points.iter().map(|&[x, y]| (x, y)), line),
+                Some(Record::Retract { points }) => batcher.retract(plane(points), line),
                 Some(Record::Commit { time }) => batcher.commit(time),
                 Some(Record::Blank) => batcher.commit(None),
                 Some(Record::Nothing) => Ok(()),
@@ -214,20 +239,51 @@ fn take(batcher: &mut Batcher<'_>, offset: u64, message: Message) -> Result<Resu
                 "byte {offset}: {points} points with {times} times, where all or none must have one"
             ))
         }
-        Message::Batch(batch) => batch
-            .points
-            .iter()
-            .enumerate()
-            .try_for_each(|(index, &(x, y))| batcher.add((x, y), batch.times.get(index).copied(), offset)),
-        Message::Retract(retract) => batcher.retract(retract.points.into_iter(), offset),
+        Message::Batch(batch) => {
+            batch.points.iter().enumerate().try_for_each(|(index, &(x, y))| {
+                batcher.add(Point::Plane(x, y), batch.times.get(index).copied(), offset)
+            })
+        }
+        Message::Retract(retract) => batcher.retract(Positions::Plane(retract.points), offset),
+        Message::SpaceBatch(batch) => space_points(batcher, offset, &batch),
+        Message::SpaceRetract(retract) => match whole_points(retract.dimension, retract.coordinates) {
+            Ok(points) => batcher.retract(points, offset),
+            Err(reason) => batcher.report_error(format!("byte {offset}: {reason}")),
+        },
         Message::Commit(commit) => batcher.commit(commit.time),
         Message::Elapsed(_) => Ok(()),
-        Message::StreamOpened(_) | Message::Snapshot(_) | Message::Diff(_) => {
+        message if matches!(message, Message::StreamOpened(_)) || message.frame().is_some() => {
             return Err(PointsError::Recording { offset });
         }
         other => batcher
             .report_error(format!("byte {offset}: a message of type {:#06x} has no place among points", other.kind())),
     })
+}
+
+fn space_points(batcher: &mut Batcher<'_>, offset: u64, batch: &SpaceBatch) -> Result<(), Closed> {
+    let points = match whole_points(batch.dimension, batch.coordinates.clone()) {
+        Ok(points) => points,
+        Err(reason) => return batcher.report_error(format!("byte {offset}: {reason}")),
+    };
+    if !batch.times.is_empty() && batch.times.len() != points.len() {
+        let (points, times) = (points.len(), batch.times.len());
+        return batcher.report_error(format!(
+            "byte {offset}: {points} points with {times} times, where all or none must have one"
+        ));
+    }
+    (0..points.len()).try_for_each(|index| batcher.add(points.get(index), batch.times.get(index).copied(), offset))
+}
+
+fn whole_points(dimension: u32, coordinates: Vec<f64>) -> Result<Positions, String> {
+    let (dimension, numbers) = (dimension as usize, coordinates.len());
+    if !(1..=MOST_COORDINATES).contains(&dimension) || !numbers.is_multiple_of(dimension) {
+        return Err(format!("{numbers} coordinates are no whole points of dimension {dimension}"));
+    }
+    Ok(Positions::Space { dimension, coordinates })
+}
+
+fn plane(points: &[[f64; 2]]) -> Positions {
+    Positions::Plane(points.iter().map(|&[x, y]| (x, y)).collect())
 }
 
 /// Gathers points into batches, in order with all other inputs.
@@ -247,12 +303,13 @@ struct Batcher<'a> {
 }
 
 impl Batcher<'_> {
-    fn add(&mut self, position: (f64, f64), time: Option<f64>, line: u64) -> Result<(), Closed> {
+    fn add(&mut self, point: Point, time: Option<f64>, line: u64) -> Result<(), Closed> {
         // A message has times for all of its points, or for none.
-        if !self.batch.positions.is_empty() && self.batch.times.is_empty() == time.is_some() {
+        let has_other_times = !self.batch.positions.is_empty() && self.batch.times.is_empty() == time.is_some();
+        if has_other_times || !self.batch.positions.takes(point) {
             self.flush()?;
         }
-        self.batch.positions.push(position);
+        self.batch.positions.push(point);
         self.batch.times.extend(time);
         self.batch.lines.push(line);
         self.is_open = true;
@@ -263,18 +320,13 @@ impl Batcher<'_> {
         if self.frame_points.is_some_and(|limit| self.points >= limit) { self.commit(None) } else { Ok(()) }
     }
 
-    fn retract(&mut self, points: impl Iterator<Item = (f64, f64)>, line: u64) -> Result<(), Closed> {
+    fn retract(&mut self, points: Positions, line: u64) -> Result<(), Closed> {
         self.flush()?;
         self.is_open = true;
-        let points: Vec<(f64, f64)> = points.collect();
-        points.chunks(self.most).try_for_each(|points| {
-            let lines = vec![line; points.len()];
-            self.send(Input::Retract(Batch {
-                positions: points.to_vec(),
-                lines,
-                place: self.place,
-                ..Batch::default()
-            }))
+        (0..points.len()).step_by(self.most).try_for_each(|first| {
+            let positions = points.some(first..points.len().min(first + self.most));
+            let lines = vec![line; positions.len()];
+            self.send(Input::Retract(Batch { positions, lines, place: self.place, ..Batch::default() }))
         })
     }
 
@@ -343,6 +395,6 @@ mod tests {
         };
         assert!(matches!(source.read(&mut sink, &|_| ()), Err(PointsError::Frames(RecordingError::Frame { .. }))));
         let [Input::Commit(None), Input::Points(points)] = &inputs[..] else { panic!("{inputs:?}") };
-        assert_eq!(points.positions, [(1.0, 2.0), (3.0, 4.0)]);
+        assert_eq!(points.positions, Positions::Plane(vec![(1.0, 2.0), (3.0, 4.0)]));
     }
 }

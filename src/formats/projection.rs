@@ -14,7 +14,7 @@
 use hopes::topology::Exact;
 use thiserror::Error;
 
-use crate::daemon::{Batch, Input};
+use crate::daemon::{Batch, Input, Point, Positions};
 
 /// The Earth's mean radius, in metres.
 const RADIUS: f64 = 6_371_008.8;
@@ -138,11 +138,13 @@ impl Projector {
             other => return sink(other),
         };
         let mut good = Batch { place: batch.place, ..Batch::default() };
-        for (index, &(x, y)) in batch.positions.iter().enumerate() {
+        // Points of another space are no longitudes and latitudes.
+        let Positions::Plane(points) = &batch.positions else { return sink(wrap(batch)) };
+        for (index, &(x, y)) in points.iter().enumerate() {
             let line = batch.lines.get(index).copied();
             match self.metres([x, y]) {
                 Ok([x, y]) => {
-                    good.positions.push((x, y));
+                    good.positions.push(Point::Plane(x, y));
                     good.times.extend(batch.times.get(index));
                     good.tags.extend(batch.tags.get(index));
                     good.lines.extend(line);
@@ -219,7 +221,7 @@ mod tests {
     fn inputs_keep_times_and_lines_of_good_points() {
         let mut projector = Projector::new(None);
         let batch = Batch {
-            positions: vec![(25.0, 60.0), (25.0, 95.0), (25.0, 60.001)],
+            positions: Positions::Plane(vec![(25.0, 60.0), (25.0, 95.0), (25.0, 60.001)]),
             times: vec![1.0, 2.0, 3.0],
             lines: vec![4, 5, 6],
             ..Batch::default()
@@ -232,6 +234,6 @@ mod tests {
         let [Input::Unreadable(reason), Input::Points(good)] = &sent[..] else { panic!("{sent:?}") };
         assert!(reason.starts_with("line 5: longitude 25, latitude 95"), "{reason}");
         assert_eq!((good.times.as_slice(), good.lines.as_slice()), (&[1.0, 3.0][..], &[4, 6][..]));
-        assert_eq!(good.positions[0], (0.0, 0.0));
+        assert_eq!(good.positions.get(0), Point::Plane(0.0, 0.0));
     }
 }

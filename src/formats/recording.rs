@@ -12,8 +12,8 @@ use std::io::{self, Read, Write};
 use std::time::Duration;
 
 use hopes_protocol::{
-    Banner, BodyError, Decoder, Diff, Elapsed, FILE_VERSION, FrameError, Goodbye, LARGEST_FRAME, Message,
-    NoCommonVersion, Snapshot, encode,
+    Banner, BodyError, Decoder, Elapsed, FILE_VERSION, FrameError, Goodbye, LARGEST_FRAME, Message, NoCommonVersion,
+    SPACE_FILE_VERSION, encode,
 };
 use thiserror::Error;
 
@@ -62,6 +62,8 @@ pub enum Next {
         offset: u64,
         /// Its channel.
         channel: u32,
+        /// The version that it is in.
+        version: u16,
         /// What it says.
         message: Message,
     },
@@ -80,8 +82,8 @@ pub struct Frames<R> {
     source: R,
     decoder: Decoder,
     buffer: Box<[u8]>,
-    /// Whether the banner was read.
-    has_begun: bool,
+    /// That of the banner, once it was read.
+    version: Option<u16>,
     has_ended: bool,
 }
 
@@ -89,7 +91,7 @@ impl<R: Read> Frames<R> {
     /// Nothing is read yet.
     pub fn new(source: R) -> Self {
         let (decoder, buffer) = (Decoder::new(LARGEST_FRAME), vec![0; 1 << 16].into());
-        Self { source, decoder, buffer, has_begun: false, has_ended: false }
+        Self { source, decoder, buffer, version: None, has_ended: false }
     }
 
     /// Where the next frame begins.
@@ -112,7 +114,7 @@ impl<R: Read> Frames<R> {
                 return Ok(next);
             }
             if self.has_ended {
-                let is_whole = self.has_begun && !self.decoder.is_within_frame();
+                let is_whole = self.version.is_some() && !self.decoder.is_within_frame();
                 return Ok(if is_whole { Next::End } else { Next::CutOff { offset: self.offset() } });
             }
             self.read()?;
@@ -121,16 +123,20 @@ impl<R: Read> Frames<R> {
 
     /// The next message, if it was read already.
     fn ready(&mut self) -> Result<Option<Next>, RecordingError> {
-        if !self.has_begun {
-            let Some(banner) = self.decoder.banner().map_err(RecordingError::NotOurs)? else { return Ok(None) };
-            self.decoder.set_version(Banner::OURS.agree(banner)?);
-            self.has_begun = true;
-        }
+        let version = match self.version {
+            Some(version) => version,
+            None => {
+                let Some(banner) = self.decoder.banner().map_err(RecordingError::NotOurs)? else { return Ok(None) };
+                let version = Banner::OURS.agree(banner)?;
+                self.decoder.set_version(version);
+                *self.version.insert(version)
+            }
+        };
         let offset = self.offset();
         let frame = self.decoder.frame().map_err(|source| RecordingError::Frame { offset, source })?;
         let Some(frame) = frame else { return Ok(None) };
         let message = frame.message().map_err(|source| RecordingError::Body { offset, source })?;
-        Ok(Some(Next::Message { offset, channel: frame.channel, message }))
+        Ok(Some(Next::Message { offset, channel: frame.channel, version, message }))
     }
 
     fn read(&mut self) -> Result<(), RecordingError> {
@@ -153,31 +159,67 @@ pub fn end(reason: &str, streams: &BTreeMap<String, u64>) -> Message {
     Goodbye { reason: reason.to_owned(), streams }.into()
 }
 
+/// Messages that are held, at most, until a frame shows what the recording is of.
+const MOST_HELD: usize = 1024;
+
 /// A recording that is being written.
+///
+/// It is in the version that older readers know, unless it has streams in spaces. What comes before the first frame is
+/// held, until that shows which.
 #[derive(Debug)]
 pub struct Recording<W> {
     sink: W,
     bytes: u64,
+    version: Option<u16>,
+    /// Messages before the first frame, each with its time and channel.
+    held: Vec<(Duration, u32, Message)>,
     /// The last frame of each stream that has not ended.
     streams: BTreeMap<String, u64>,
     has_ended: bool,
 }
 
 impl<W: Write> Recording<W> {
-    /// Nothing is written yet: the banner comes with the first message.
+    /// Nothing is written yet.
     pub fn new(sink: W) -> Self {
-        Self { sink, bytes: 0, streams: BTreeMap::new(), has_ended: false }
+        Self { sink, bytes: 0, version: None, held: Vec::new(), streams: BTreeMap::new(), has_ended: false }
+    }
+
+    /// The recording may have streams of the plane and in spaces: it is in a version that has both. Has no effect once
+    /// a frame was written.
+    pub fn set_mixed(&mut self) {
+        self.version.get_or_insert(SPACE_FILE_VERSION);
     }
 
     /// Writes a message about the stream of that name, which came so long after the recording began, as a whole.
+    ///
+    /// # Errors
+    /// Those of the sink; or the message is of a space, and all before were of the plane.
     pub fn write(&mut self, name: &str, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
-        self.put(elapsed, channel, message)?;
+        let has_version = self.version.is_some();
+        let is_of_space = message.since() > FILE_VERSION;
+        if !has_version && (is_of_space || message.frame().is_some()) {
+            self.settle(if is_of_space { SPACE_FILE_VERSION } else { FILE_VERSION })?;
+        }
+        match self.version {
+            Some(version) => self.put(version, elapsed, channel, message)?,
+            None if self.held.len() < MOST_HELD => self.held.push((elapsed, channel, message.clone())),
+            None => {
+                self.settle(SPACE_FILE_VERSION)?;
+                self.put(SPACE_FILE_VERSION, elapsed, channel, message)?;
+            }
+        }
         self.note(name, message);
         Ok(())
     }
 
     /// Writes the end, unless it was written.
+    ///
+    /// # Errors
+    /// Those of the sink.
     pub fn finish(&mut self, elapsed: Duration, reason: &str) -> io::Result<()> {
+        if self.version.is_none() {
+            self.settle(FILE_VERSION)?;
+        }
         if self.has_ended { Ok(()) } else { self.write("", elapsed, 0, &end(reason, &self.streams)) }
     }
 
@@ -186,12 +228,25 @@ impl<W: Write> Recording<W> {
         self.bytes
     }
 
-    fn put(&mut self, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
+    /// All is in this version from now on. Writes what was held.
+    fn settle(&mut self, version: u16) -> io::Result<()> {
+        self.version = Some(version);
+        let held = std::mem::take(&mut self.held);
+        held.iter().try_for_each(|(elapsed, channel, message)| self.put(version, *elapsed, *channel, message))
+    }
+
+    fn put(&mut self, version: u16, elapsed: Duration, channel: u32, message: &Message) -> io::Result<()> {
+        if message.since() > version {
+            return Err(io::Error::other(
+                "this recording began with a stream of the plane, and cannot have one in R^d: record that one to a \
+                 file of its own",
+            ));
+        }
         let nanoseconds = u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX);
-        let banner = Banner { lowest: FILE_VERSION, highest: FILE_VERSION }.encode();
+        let banner = Banner { lowest: version, highest: version }.encode();
         let mut bytes = if self.bytes == 0 { banner.to_vec() } else { Vec::new() };
-        bytes.extend(encode(FILE_VERSION, 0, &Elapsed { nanoseconds }.into()).map_err(io::Error::other)?);
-        bytes.extend(encode(FILE_VERSION, channel, message).map_err(io::Error::other)?);
+        bytes.extend(encode(version, 0, &Elapsed { nanoseconds }.into()).map_err(io::Error::other)?);
+        bytes.extend(encode(version, channel, message).map_err(io::Error::other)?);
         self.sink.write_all(&bytes)?;
         self.sink.flush()?;
         self.bytes += bytes.len() as u64;
@@ -200,15 +255,15 @@ impl<W: Write> Recording<W> {
 
     fn note(&mut self, name: &str, message: &Message) {
         match message {
-            Message::Snapshot(Snapshot { frame, .. }) | Message::Diff(Diff { frame, .. }) => {
+            Message::StreamClosed(_) => drop(self.streams.remove(name)),
+            Message::Goodbye(_) => self.has_ended = true,
+            message => {
+                let Some(frame) = message.frame() else { return };
                 match self.streams.get_mut(name) {
                     Some(last) => *last = frame.number,
                     None => drop(self.streams.insert(name.to_owned(), frame.number)),
                 }
             }
-            Message::StreamClosed(_) => drop(self.streams.remove(name)),
-            Message::Goodbye(_) => self.has_ended = true,
-            _ => {}
         }
     }
 }

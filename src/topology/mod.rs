@@ -5,9 +5,10 @@
 //! Invariants: see [below](#what-holds-throughout).
 //! Must not know: clocks, channels, sockets, files, prints.
 //!
-//! [`Pipeline`] is the engine of one stream. The mathematics, an example and a glossary are on the
-//! [front page](crate). Terms are those of V. Kurlin, "A one-dimensional homologically persistent skeleton of an
-//! unstructured point cloud in any metric space", Computer Graphics Forum 34(5), 2015. All scales are radii.
+//! [`Pipeline`] is the engine of one stream in the plane, [`SpacePipeline`] of one in another metric space. The
+//! mathematics, an example and a glossary are on the [front page](crate). Terms are those of V. Kurlin, "A
+//! one-dimensional homologically persistent skeleton of an unstructured point cloud in any metric space", Computer
+//! Graphics Forum 34(5), 2015. All scales are radii.
 //!
 //! # Rooms
 //!
@@ -19,12 +20,12 @@
 //! | room | what it is for |
 //! | --- | --- |
 //! | `base` | sorting by numeric keys, lists shared between threads (the only file with `rayon`), accurate sums |
-//! | `cloud` | which points are there: positions, windows, duplicates, what changed |
+//! | `cloud` | which points are there: positions in the plane or in R^d, windows, duplicates, what changed |
 //! | `metric` | tree and dots of any metric space: lengths, the Vietoris-Rips sweep |
 //! | `plane` | tree and dots of a cloud: geometry, Delaunay (with `spade`), filtration, reduction, holes, tiles |
 //! | `skeleton` | what a skeleton is: dots, tree, gaps, views, cycles, simplification, ranking |
 //! | `frames` | from one frame to the next: diffs, changes, the stored diagram, followers |
-//! | `tracks` | cycles over time: detections, recognition, assignment (with `pathfinding`), tracker |
+//! | `tracks` | cycles over time: detections, recognition by holes or by homology classes, assignment (with `pathfinding`), tracker |
 //! | `pipeline` | the engine: joins the rooms, and decides between one pass and following changes |
 //!
 //! # How a frame is computed
@@ -110,22 +111,28 @@ mod tracks;
 
 pub use base::Exact;
 pub use cloud::{
-    Admission, Axis, CONFIRMING, Cloud, CloudChange, Confirmation, CoordinateError, MAX_COORDINATE, MIN_COORDINATE,
-    Position, Refusal, Restart, Slot, Staging, Vertex, VertexId, Vertices, Window,
+    Admission, Axis, CONFIRMING, Cloud, CloudChange, Confirmation, CoordinateError, Coordinates, FirstCoordinates,
+    MAX_COORDINATE, MIN_COORDINATE, PointError, Position, Refusal, Restart, Site, Slot, Staging, Vertex, VertexId,
+    Vertices, Window,
 };
 pub use frames::{ApplyError, Checksum, Diff, Follower, Frame, Presence, SimplifiedFollower, Snapshot, Step};
-pub use pipeline::{Contradiction, Options, Pipeline, Stage, Tracker, numbered};
+pub use pipeline::{Contradiction, Options, Pipeline, SpaceOptions, SpacePipeline, Stage, Tracker, numbered};
 pub use plane::elements::DIAGONAL;
 pub use plane::holes::{BoundaryVertex, Region};
 pub use skeleton::{
     Critical, Cycles, Dot, Edge, EdgeId, Filtration, Gap, Hole, Killer, Margins, Positions, RankedDot, Ranking,
     Selection, ShortestCycles, Simplified, Skeleton, View, ViewSpec, diagonal_gaps, select, simplify, vertical_gaps,
 };
-pub use tracks::{Changed, EventKind, Track, TrackEvent, TrackId, TrackOptions, TrackRule, TrackStep};
+pub use tracks::{
+    Changed, EventKind, SpaceTrack, SpaceTrackEvent, SpaceTrackStep, SpaceTracker, Track, TrackEvent, TrackId,
+    TrackOptions, TrackRule, TrackStep,
+};
 
 /// Finite metric spaces, of which [`Skeleton::of_space`] makes skeletons.
 pub mod spaces {
-    pub use super::metric::rips::{MAX_VERTICES, Pair, Persistence, Workspace, persistence};
+    pub use super::metric::rips::{
+        Class, ClosedWalk, MAX_VERTICES, Pair, Persistence, Workspace, persistence, persistence_and_classes,
+    };
     pub use super::metric::space::{
         Distances, EARTH_RADIUS, Graph, Landmarks, MAX_DIMENSION, Matrix, Metric, Points, Space, SpaceError, landmarks,
     };

@@ -10,9 +10,9 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Weak};
 
-use hopes_protocol::Snapshot;
+use hopes_protocol::Message;
 
-use super::snapshot::Format;
+use super::snapshot::{Format, FormatError};
 use crate::daemon::{Account, Charged, Level, Lock};
 
 /// Documents that are known at one time at the most.
@@ -28,7 +28,7 @@ pub struct Documents {
 #[derive(Debug)]
 struct Known {
     /// Held weakly, so that no other snapshot has its address.
-    snapshot: Weak<Charged<Snapshot>>,
+    snapshot: Weak<Charged<Message>>,
     format: Format,
     document: Weak<Charged<Vec<u8>>>,
 }
@@ -42,13 +42,13 @@ impl Documents {
     /// The document of a snapshot of a stream.
     ///
     /// # Errors
-    /// Of the serializer, which has none to expect.
+    /// [`FormatError`].
     pub fn get(
         &self,
         name: &str,
-        snapshot: Arc<Charged<Snapshot>>,
+        snapshot: Arc<Charged<Message>>,
         format: Format,
-    ) -> serde_json::Result<Arc<Charged<Vec<u8>>>> {
+    ) -> Result<Arc<Charged<Vec<u8>>>, FormatError> {
         if let Some(document) = self.find(&snapshot, format) {
             return Ok(document);
         }
@@ -63,7 +63,7 @@ impl Documents {
         Ok(document)
     }
 
-    fn find(&self, snapshot: &Arc<Charged<Snapshot>>, format: Format) -> Option<Arc<Charged<Vec<u8>>>> {
+    fn find(&self, snapshot: &Arc<Charged<Message>>, format: Format) -> Option<Arc<Charged<Vec<u8>>>> {
         let known = self.known.lock();
         let is_same = |known: &&Known| known.format == format && known.snapshot.as_ptr() == Arc::as_ptr(snapshot);
         known.iter().filter(is_same).find_map(|known| known.document.upgrade())

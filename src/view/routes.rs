@@ -15,7 +15,7 @@ use super::http::{Body, Refusal, Request, Response};
 use super::metrics::{self, Peers};
 use super::permits::Permits;
 use super::query;
-use super::snapshot::SnapshotRequest;
+use super::snapshot::{FormatError, SnapshotRequest};
 use crate::daemon::{HttpAccess, SnapshotError};
 
 /// Snapshots that are made at one time at the most: each may be many megabytes.
@@ -148,7 +148,10 @@ impl Routes {
             Refusal::new(status, error.to_string())
         })?;
         let document = self.documents.get(&name, snapshot, wanted.format);
-        let body = document.map_err(|error| Refusal::new(500, error.to_string()))?;
+        let body = document.map_err(|error| {
+            let status = if matches!(error, FormatError::NoMap(_)) { 400 } else { 500 };
+            Refusal::new(status, error.to_string())
+        })?;
         Ok(Response::new(wanted.format.media_type(), Body::Shared(body)))
     }
 }

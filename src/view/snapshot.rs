@@ -5,10 +5,12 @@
 //! Invariants: the size of a picture is bounded by its pixels.
 //! Must not know: where snapshots come from.
 
+mod flat;
 mod geojson;
 mod svg;
 
-use hopes_protocol::{Snapshot, View};
+use hopes_protocol::{Message, Snapshot, View};
+use thiserror::Error;
 
 use super::query::Query;
 use crate::formats::frame_line::FrameLine;
@@ -20,6 +22,20 @@ pub struct SnapshotRequest {
     pub view: View,
     /// The format.
     pub format: Format,
+}
+
+/// Why a snapshot is no document.
+#[derive(Debug, Error)]
+pub enum FormatError {
+    /// The stream is not of the plane.
+    #[error("GeoJSON is for maps, and stream {0:?} is of points in R^d: use json or svg")]
+    NoMap(String),
+    /// It is no snapshot. The daemon has none to expect.
+    #[error("the daemon has sent no snapshot")]
+    NoSnapshot,
+    /// Of the serializer, which has none to expect.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
 }
 
 /// Formats of a snapshot.
@@ -65,19 +81,24 @@ impl Format {
         }
     }
 
-    /// A snapshot of a stream in this format.
+    /// A snapshot of a stream in this format. A picture of a space shows its principal components.
     ///
     /// # Errors
-    /// Of the serializer, which has none to expect.
-    pub fn write(self, name: &str, snapshot: &Snapshot) -> serde_json::Result<Vec<u8>> {
-        match self {
-            Self::Json => {
-                let mut line = serde_json::to_vec(&FrameLine::of_snapshot(name, snapshot))?;
+    /// [`FormatError`].
+    pub fn write(self, name: &str, snapshot: &Message) -> Result<Vec<u8>, FormatError> {
+        match (self, snapshot) {
+            (Self::Json, _) => {
+                let line = FrameLine::new(name, snapshot).ok_or(FormatError::NoSnapshot)?;
+                let mut line = serde_json::to_vec(&line)?;
                 line.push(b'\n');
                 Ok(line)
             }
-            Self::GeoJson => geojson::write(snapshot),
-            Self::Svg => Ok(svg::write(name, snapshot).into_bytes()),
+            (Self::GeoJson, Message::Snapshot(snapshot)) => Ok(geojson::write(snapshot)?),
+            (Self::GeoJson, _) => Err(FormatError::NoMap(name.to_owned())),
+            (Self::Svg, _) => {
+                let flat = flat::flat(snapshot).ok_or(FormatError::NoSnapshot)?;
+                Ok(svg::write(name, &flat).into_bytes())
+            }
         }
     }
 }

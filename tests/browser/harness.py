@@ -40,6 +40,14 @@ TIMEOUT = 20.0
 # Chromium has no sandbox for root.
 FLAGS = ["--no-sandbox"]
 WIDE = {"width": 1280, "height": 800}
+# An emulated graphics card, under another name, so that the page does not recognize the emulation.
+CARD_FLAGS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+CARD_PRELUDE = """
+    const ask = WebGL2RenderingContext.prototype.getParameter;
+    WebGL2RenderingContext.prototype.getParameter = function (name) {
+      return name === 0x9246 ? "a graphics card" : ask.call(this, name);
+    };
+"""
 
 
 class HasCleanup(Protocol):

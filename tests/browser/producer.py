@@ -19,7 +19,7 @@ from collections.abc import Iterator
 
 import hopes_client as hopes
 
-Point = tuple[float, float]
+Point = tuple[float, ...]
 # The distance between the centres of neighbouring rings, and their radius.
 PITCH = 100.0
 RADIUS = 30.0
@@ -69,6 +69,25 @@ def rings(seed: int, points: int, changed: int, rings: int, shrink: float) -> It
         yield some(changed)
 
 
+def links(seed: int, points: int, changed: int, dimension: int, _: float) -> Iterator[list[Point]]:
+    """Random points on two noisy rings in R^d that are linked like those of a chain."""
+    source = random.Random(seed)
+
+    def point(ring: int) -> Point:
+        angle = 2.0 * math.pi * source.random()
+        position = [0.05 * source.uniform(-1.0, 1.0) for _ in range(dimension)]
+        position[0] += math.cos(angle) + ring
+        position[1 + ring] += math.sin(angle)
+        return tuple(position)
+
+    def some(count: int) -> list[Point]:
+        return [point(i % 2) for i in range(count)]
+
+    yield some(points)
+    while True:
+        yield some(changed)
+
+
 def fine(_seed: int, points: int, _changed: int, _rings: int, _shrink: float) -> Iterator[list[Point]]:
     """A ring of close points, whose hole is filled at scale 1, and a square of side 3, which is closed at 1.5."""
     square = [(10.0 + x, y) for x in (0.0, 3.0) for y in (0.0, 3.0)]
@@ -78,7 +97,7 @@ def fine(_seed: int, points: int, _changed: int, _rings: int, _shrink: float) ->
         yield []
 
 
-SCENES = {"sweep": sweep, "rings": rings, "fine": fine}
+SCENES = {"sweep": sweep, "rings": rings, "links": links, "fine": fine}
 
 
 def arguments() -> argparse.Namespace:
@@ -88,7 +107,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--scene", choices=SCENES, default="rings")
     parser.add_argument("--points", type=int, default=400, help="in the cloud")
     parser.add_argument("--changed", type=int, default=20, help="points replaced in a frame")
-    parser.add_argument("--rings", type=int, default=4)
+    parser.add_argument("--rings", type=int, default=4, help="with the scene links, the dimension")
+    parser.add_argument("--metric", help="the stream is in a space with this metric, not of the plane")
     parser.add_argument("--shrink", type=float, default=1.0, help="the size of each ring relative to the one before")
     parser.add_argument("--rate", type=float, default=30.0, help="frames per second; 0: one for each line on stdin")
     parser.add_argument("--seed", type=int, default=1)
@@ -111,7 +131,7 @@ def times(rate: float) -> Iterator[float]:
 def produce(options: argparse.Namespace, daemon: hopes.Daemon) -> None:
     """Produces as long as frames are due."""
     frame = 0
-    stream = daemon.producer(options.stream, window=hopes.Window.points(options.points))
+    stream = daemon.producer(options.stream, window=hopes.Window.points(options.points), metric=options.metric)
     scene = SCENES[options.scene](options.seed, options.points, options.changed, options.rings, options.shrink)
     for now, points in zip(times(options.rate), scene):
         stream.send(points)

@@ -8,7 +8,7 @@ import unittest
 
 from playwright.sync_api import Page
 
-from harness import BrowserTest, Daemon, Producer, position_in, until
+from harness import CARD_FLAGS, CARD_PRELUDE, BrowserTest, Daemon, Producer, position_in, until
 
 
 class WithoutGraphicsCard(BrowserTest):
@@ -98,14 +98,8 @@ class WithGraphicsCard(WithoutGraphicsCard):
 
     has_card = True
     least_edges = 1500
-    flags = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-    # The card gets another name, so that the page does not recognize the emulation.
-    prelude = """
-        const ask = WebGL2RenderingContext.prototype.getParameter;
-        WebGL2RenderingContext.prototype.getParameter = function (name) {
-          return name === 0x9246 ? "a graphics card" : ask.call(this, name);
-        };
-    """
+    flags = CARD_FLAGS
+    prelude = CARD_PRELUDE
 
     def test_drawing_continues_after_the_card_was_lost_and_restored(self) -> None:
         _, producer, page = self.open_page(30, "--track", "view")

@@ -55,7 +55,7 @@ class Pictures(BrowserTest):
         for producer in producers:
             producer.wait_for(10)
         page = self.open(daemon, f"#stream=b{fragment}")
-        self.wait_for(page, "state.seen > 0 && state.tracks > 0 && state.picture.walks > 0")
+        self.wait_for(page, "state.seen > 0 && state.tracks > 0 && (state.picture?.walks ?? 0) > 0")
         return page
 
     def test_every_picture_under_load_is_complete(self) -> None:
@@ -63,7 +63,7 @@ class Pictures(BrowserTest):
 
     def test_every_picture_of_the_demo_is_complete(self) -> None:
         page = self.open(Demo(self))
-        self.wait_for(page, "state.tracks > 0 && state.picture.walks > 0")
+        self.wait_for(page, "state.tracks > 0 && (state.picture?.walks ?? 0) > 0")
         self.sample(page, 4)
 
     def test_every_picture_of_a_large_cloud_is_complete(self) -> None:
@@ -71,7 +71,7 @@ class Pictures(BrowserTest):
         producer = Producer(self, daemon, scene="sweep", points=30_000, changed=600, rings=10, rate=30)
         producer.wait_for(3)
         page = self.open(daemon)
-        self.wait_for(page, "state.tracks > 0 && state.picture.walks > 0")
+        self.wait_for(page, "state.tracks > 0 && (state.picture?.walks ?? 0) > 0")
         self.sample(page, 5)
 
     def test_every_picture_of_a_simplified_view_is_complete(self) -> None:

@@ -35,7 +35,7 @@ fn a_client_is_accepted() {
 #[test]
 fn a_peer_without_a_common_version_gets_the_daemons_range() {
     let daemon = Daemon::start("");
-    for (lowest, highest) in [(4, 9), (0, 0), (9, 3)] {
+    for (lowest, highest) in [(5, 9), (0, 0), (9, 3)] {
         let mut client = Client::without_banner(&daemon.address);
         assert_eq!(client.banner(), Banner::OURS, "the banner comes before anything was said");
         client.write(&Banner { lowest, highest }.encode());

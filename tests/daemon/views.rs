@@ -94,7 +94,7 @@ impl Reference {
 
     fn dots(&mut self, most: usize) -> (u64, Vec<Dot>) {
         let ranking = self.pipeline.poll_dots(most);
-        let dot = |RankedDot { critical, hole }: &RankedDot| {
+        let dot = |RankedDot { critical, hole, .. }: &RankedDot| {
             let hole = hole.expect("a hole of the plane has a centre");
             Dot {
                 edge: (critical.edge[0].0, critical.edge[1].0),

@@ -8,7 +8,8 @@ const ROOT = new URL("../../src/view/page/", import.meta.url);
 /** The folders from which the modules of a folder may import; the modules at the top may import from all. */
 const LAYERS = {
   session: ["session"],
-  drawing: ["drawing", "session"],
+  projection: ["projection", "session"],
+  drawing: ["drawing", "projection", "session"],
   panels: ["panels", "drawing", "session"],
 };
 
@@ -21,7 +22,7 @@ function importsOf(path) {
   return named.map((name) => new URL(name, new URL(path, ROOT)).href.slice(ROOT.href.length));
 }
 
-test("data flows from the session to drawing, panels and the page, and never back", () => {
+test("data flows from the session to projection, drawing, panels and the page, and never back", () => {
   for (const path of modules) {
     const allowed = LAYERS[folderOf(path)];
     for (const imported of importsOf(path)) {

@@ -119,7 +119,9 @@ fn a_recording_grows_message_by_message_and_a_killed_one_is_known() {
     peer.ping_and_wait(1);
     assert!(fs::read_to_string(&file).unwrap().starts_with("what was there"), "until something comes it is left");
     let mut scene = GrowingStream::new(3);
-    for message in [scene.opened("cam", 7), scene.snapshot(Cause::Start), scene.diff()] {
+    // The first frame shows in which version the recording is.
+    peer.send(channel, scene.opened("cam", 7));
+    for message in [scene.snapshot(Cause::Start), scene.diff()] {
         peer.send(channel, message.clone());
         eventually("the message is in the file", || {
             let bytes = fs::read(&file).unwrap();

@@ -36,6 +36,7 @@ from .producer import Answer, Producer
 from .recording import Recording, read_recording
 from .shared import Cut, FrameHeader, Simplify, View, Window
 from .shared import DotsWanted as Dots
+from .spaces import Metric, SpaceDot, SpaceInfo, SpaceTrack, SpaceTrackEvent
 from .tracks import Happening, Track, TrackChanges, TrackEvent
 from .version import VERSION as __version__
 
@@ -59,6 +60,7 @@ __all__ = [
     "Incomplete",
     "Malformed",
     "Memory",
+    "Metric",
     "Mirror",
     "Options",
     "Peer",
@@ -69,6 +71,10 @@ __all__ = [
     "Refusal",
     "ResyncNeeded",
     "Simplify",
+    "SpaceDot",
+    "SpaceInfo",
+    "SpaceTrack",
+    "SpaceTrackEvent",
     "StaleFrame",
     "Status",
     "StreamEnded",

@@ -9,11 +9,15 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable
+from typing import Any
 
 MASK = (1 << 64) - 1
 
 _PAIR = struct.Struct("<dd")
 _BITS = struct.Struct("<QQ")
+
+#: The id of a vertex, and its coordinates.
+VertexRow = tuple[Any, ...]
 
 
 def _mix(hash: int, words: tuple[int, ...]) -> int:
@@ -32,10 +36,12 @@ _EDGE = _mix(0, (2,))
 _CRITICAL = _mix(0, (3,))
 
 
-def of_vertices(vertices: Iterable[tuple[int, float, float]]) -> int:
-    """The sum over (id, x, y)."""
-    pack, bits = _PAIR.pack, _BITS.unpack
-    return sum(_mix(_VERTEX, (id, *bits(pack(x, y)))) for id, x, y in vertices) & MASK
+def of_vertices(vertices: Iterable[VertexRow]) -> int:
+    """The sum over (id, x, y), or over (id, x1, …, xd): all have the same number of coordinates."""
+    rows = list(vertices)
+    width = len(rows[0]) - 1 if rows else 0
+    pack, bits = struct.Struct(f"<{width}d").pack, struct.Struct(f"<{width}Q").unpack
+    return sum(_mix(_VERTEX, (row[0], *bits(pack(*row[1:])))) for row in rows) & MASK
 
 
 def of_edges(edges: Iterable[tuple[int, int]]) -> int:

@@ -80,22 +80,33 @@ class Unsigned(Codec):
 
 
 class Float(Codec):
-    """`f64`. Only finite numbers, unless allowed otherwise."""
+    """`f64`. Only finite numbers, unless allowed otherwise: all, or +infinity for what never happens (`never`)."""
 
     smallest = 8
     _layout = struct.Struct("<d")
 
-    def __init__(self, finite: bool) -> None:
+    def __init__(self, finite: bool, never: bool = False) -> None:
         self.finite = finite
+        self.never = never
+
+    def allows(self, value: float) -> bool:
+        """Whether the value may be sent."""
+        return not self.finite or math.isfinite(value) or (self.never and value == math.inf)
+
+    def check(self, numbers: Sequence[float]) -> None:
+        """Raises if one of the numbers may not be sent."""
+        # If the sum is finite, all numbers are. One addition for each is the fastest test.
+        if not math.isfinite(sum(numbers)) and not all(map(self.allows, numbers)):
+            raise BodyError("a number is not finite")
 
     def write(self, value: Any, out: bytearray) -> None:
-        if self.finite and not math.isfinite(value):
+        if not self.allows(value):
             raise ValueError(f"{value} is not finite")
         out += self._layout.pack(value)
 
     def read(self, data: bytes, at: int) -> tuple[float, int]:
         value: float = self._layout.unpack_from(data, at)[0]
-        if self.finite and not math.isfinite(value):
+        if not self.allows(value):
             raise BodyError(f"{value} is not finite")
         return value, at + 8
 
@@ -119,6 +130,7 @@ U32 = Annotated[int, Unsigned(32)]
 U64 = Annotated[int, Unsigned(64)]
 F64 = Annotated[float, Float(finite=True)]
 AnyF64 = Annotated[float, Float(finite=False)]
+DeathF64 = Annotated[float, Float(finite=True, never=True)]
 
 _COUNT = Unsigned(64)
 
@@ -272,7 +284,7 @@ class Floats(ListOf):
         parts = element.parts if isinstance(element, Tuple) else (element,)
         self._flat = isinstance(element, Float)
         self._width = len(parts)
-        self._finite = any(part.finite for part in parts if isinstance(part, Float))
+        self._parts = [part for part in parts if isinstance(part, Float)]
 
     def write(self, value: Any, out: bytearray) -> None:
         if isinstance(value, Packed):
@@ -285,8 +297,8 @@ class Floats(ListOf):
         count, at = _read_count(data, at, self.element.smallest)
         end = at + count * self.element.smallest
         numbers = struct.unpack_from(f"<{count * self._width}d", data, at)
-        if self._finite:
-            _check_finite(numbers)
+        for column, part in enumerate(self._parts):
+            part.check(numbers[column :: self._width])
         return list(numbers) if self._flat else list(zip(*[iter(numbers)] * self._width)), end
 
 
@@ -297,6 +309,7 @@ class KeyedRows(ListOf):
         super().__init__(element)
         self._keys = keys
         self._floats = len(element.parts) - keys
+        self._parts = [part for part in element.parts if isinstance(part, Float)]
         # One layout for each class of the first key and, if there are two, of the second.
         heads = _LONG_LETTERS if keys == 1 else [first + second for first in _LONG_LETTERS for second in _LONG_LETTERS]
         self._layouts = [struct.Struct("<" + head + "d" * self._floats) for head in heads]
@@ -304,8 +317,8 @@ class KeyedRows(ListOf):
     def read(self, data: bytes, at: int) -> tuple[list[Any], int]:
         count, at = _read_count(data, at, self.element.smallest)
         rows, at = self._read_one_key(data, at, count) if self._keys == 1 else self._read_two_keys(data, at, count)
-        for column in range(self._keys, self._keys + self._floats):
-            _check_finite(list(map(itemgetter(column), rows)))
+        for column, part in enumerate(self._parts, self._keys):
+            part.check(list(map(itemgetter(column), rows)))
         return rows, at
 
     def _read_one_key(self, data: bytes, at: int, count: int) -> tuple[list[Any], int]:
@@ -339,13 +352,6 @@ class KeyedRows(ListOf):
             rows.append(row)
             at += layout.size
         return rows, at
-
-
-def _check_finite(numbers: Sequence[float]) -> None:
-    """Raises if a number is not finite."""
-    # If the sum is finite, all numbers are. One addition for each is the fastest test.
-    if not math.isfinite(sum(numbers)) and not all(map(math.isfinite, numbers)):
-        raise BodyError("a number is not finite")
 
 
 #: The types of the values of each case, in the order of the numbers of the cases.

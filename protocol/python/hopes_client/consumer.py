@@ -20,7 +20,6 @@ from .frame import Frame
 from .link import Link
 from .messages import (
     ChangeView,
-    Dots,
     Error,
     Message,
     Resume,
@@ -32,6 +31,7 @@ from .messages import (
 )
 from .mirror import Mirror
 from .shared import DotsWanted, View
+from .spaces import DOTS
 from .timing import Deadline
 from .tracker import Tracker, more_of
 from .tracks import TracksWanted
@@ -276,7 +276,7 @@ class Subscription:
                 # The frame is valid. The error is raised with the next one.
                 self._following = more
                 return
-            due.discard("dots" if isinstance(more, Dots) else "tracks")
+            due.discard("dots" if isinstance(more, DOTS) else "tracks")
 
     def _next_in(self, deadline: Deadline) -> Any:
         """The next message, if one arrives in time."""

@@ -33,6 +33,7 @@ from .messages import (
 from .mirror import Mirror
 from .producer import Producer
 from .shared import DotsWanted, View, Window
+from .spaces import ListSpaces, Metric, SpaceInfo, Spaces
 from .tracks import TracksWanted
 
 Expected = TypeVar("Expected", bound=Message)
@@ -62,10 +63,17 @@ class Daemon:
         *,
         window: Window | None = None,
         resolution: float | None = None,
+        metric: str | Metric | None = None,
+        dimension: int | None = None,
         timeout: float | None = None,
     ) -> Producer:
-        """Joins a stream, or creates it with these options. An existing stream must have the options that are given."""
-        producer = Producer(self.connection, name, window, resolution, timeout)
+        """Joins a stream, or creates it with these options. An existing stream must have the options that are given.
+
+        With `metric` ("euclidean", "manhattan", "chebyshev", "angular", "haversine") or `dimension` the stream is one of
+        points in R^d, else of the plane. The first point fixes the dimension if nothing else has. It raises
+        `DaemonTooOld` if no protocol version of the daemon has such streams.
+        """
+        producer = Producer(self.connection, name, window, resolution, timeout, metric, dimension)
         self._producers = [other for other in self._producers if other.is_open or other.unanswered] + [producer]
         return producer
 
@@ -111,6 +119,10 @@ class Daemon:
     def list_streams(self, pattern: str = "*", *, timeout: float | None = None) -> list[StreamInfo]:
         """The streams whose names match."""
         return self._ask(ListStreams(pattern), Streams, timeout).streams
+
+    def list_spaces(self, *, timeout: float | None = None) -> list[SpaceInfo]:
+        """The streams of points in R^d, by number. All others are of the plane. `DaemonTooOld` as with `producer`."""
+        return self._ask(ListSpaces(), Spaces, timeout).streams
 
     def status(self, *, timeout: float | None = None) -> Status:
         """The state of the daemon."""

@@ -10,13 +10,13 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable, Mapping
 from collections.abc import Set as AbstractSet
+from typing import Any
 
 from .errors import StaleFrame
-from .messages import Diff, Dot
 from .mirror import Mirror
 from .shared import FrameHeader, View
-from .track_mirror import Walks
-from .tracks import Track, TrackEvent
+from .spaces import AnyDiff, Metric
+from .track_mirror import AnyEvent, Walks
 
 
 class Frame:
@@ -26,7 +26,8 @@ class Frame:
     previous frame.
 
     `tracks` are the living tracks by id in their last reported state, `track_cycles` their cycles as walks along
-    vertices, and `track_events` the events since the previous frame. All are empty unless they were requested.
+    vertices, and `track_events` the events since the previous frame. All are empty unless they were requested. In the
+    plane these are made of `Dot`, `Track` and `TrackEvent`, in R^d of `SpaceDot`, `SpaceTrack` and `SpaceTrackEvent`.
 
     `diff` is the message of this frame (only with "diff"), `cause` the reason of a snapshot (only with "snapshot").
     `lagged` is the first and the last of the frames before this one that were not sent, if there are any. `elapsed` is
@@ -39,10 +40,10 @@ class Frame:
         header: FrameHeader,
         kind: str,
         *,
-        diff: Diff | None = None,
+        diff: AnyDiff | None = None,
         cause: str | None = None,
         lagged: tuple[int, int] | None = None,
-        track_events: Iterable[TrackEvent] = (),
+        track_events: Iterable[AnyEvent] = (),
         elapsed: float | None = None,
     ) -> None:
         self._mirror = mirror
@@ -53,14 +54,14 @@ class Frame:
         self.cause = cause
         self.lagged = lagged
         self.elapsed = elapsed
-        self.track_events: tuple[TrackEvent, ...] = ()
+        self.track_events: tuple[Any, ...] = ()
         self.renew(track_events)
 
-    def renew(self, track_events: Iterable[TrackEvent]) -> None:
+    def renew(self, track_events: Iterable[AnyEvent]) -> None:
         """Copies dots and tracks from the mirror, and sets these events. For the code that makes frames."""
-        self.dots: tuple[Dot, ...] = self._mirror.dots
+        self.dots: tuple[Any, ...] = self._mirror.dots
         self.dots_total = self._mirror.dots_total
-        self.tracks: Mapping[int, Track] = self._mirror.tracks.alive
+        self.tracks: Mapping[int, Any] = self._mirror.tracks.alive
         self.track_cycles: Mapping[int, Walks] = self._mirror.tracks.cycles
         self.track_events += tuple(track_events)
 
@@ -125,8 +126,18 @@ class Frame:
         return self.header.cycles
 
     @property
-    def vertices(self) -> Mapping[int, tuple[float, float]]:
-        """(x, y) of each vertex by its id."""
+    def metric(self) -> Metric | None:
+        """The metric of a stream in R^d. None in the plane, or if a recording starts without a snapshot."""
+        return self._mirror.metric
+
+    @property
+    def dimension(self) -> int:
+        """The number of coordinates of a vertex: 2 in the plane. 0: no point has come yet."""
+        return self._mirror.dimension
+
+    @property
+    def vertices(self) -> Mapping[int, tuple[float, ...]]:
+        """The coordinates of each vertex by its id: (x, y) in the plane."""
         return self._current().vertices
 
     @property

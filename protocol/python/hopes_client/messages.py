@@ -1,4 +1,4 @@
-"""All messages of protocol versions 1 to 3, as dataclasses whose fields have the order of the wire.
+"""The messages of protocol versions 1 to 3 as dataclasses whose fields have the order of the wire. Version 4: `spaces`.
 
 In: field values. Out: the classes, their `TYPE` and `SINCE`, `encode` and `decode`. Invariants: only type hints define
 encodings. A Python keyword as a field ends in `_` (`Diff.from_`). `decode(TYPE, encode(message)) == message`.

@@ -39,6 +39,19 @@ def pack_points(points: Points) -> Packed:
     return _pack_flat(_doubles(flat, width=2), len(flat) // 2)
 
 
+def pack_points_of(points: Points) -> Packed:
+    """Points of any number of coordinates for a `SpaceBatch` or `SpaceRetract`. An element is a point."""
+    if hasattr(points, "__array__"):
+        return _pack_rows(points)
+    rows = [list(point) for point in points]
+    width = len(rows[0]) if rows else 0
+    for index, row in enumerate(rows):
+        if len(row) != width or not width:
+            raise ValueError(f"point {index} has {len(row)} coordinates, the first one {width}: give all as many")
+    flat = [number for row in rows for number in row]
+    return _pack_flat(_doubles(flat, width=width), len(rows))
+
+
 def pack_numbers(numbers: Numbers) -> Packed:
     """Times for a `Batch`."""
     if hasattr(numbers, "__array__"):
@@ -94,6 +107,15 @@ def _pack_array(values: Any, columns: Any) -> Packed:
         return Packed(0, memoryview(b""))
     if packed.ndim != (2 if columns else 1) or (columns and packed.shape[1] != columns):
         raise ValueError(f"an array of shape {packed.shape} was given, not {'(n, 2)' if columns else '(n,)'}")
+    return Packed(len(packed), memoryview(packed.tobytes()))
+
+
+def _pack_rows(values: Any) -> Packed:
+    import numpy
+
+    packed = numpy.ascontiguousarray(_as_doubles(values), dtype="<f8")
+    if packed.ndim != 2 or packed.shape[1] == 0:
+        raise ValueError(f"an array of shape {packed.shape} was given, not (n, d)")
     return Packed(len(packed), memoryview(packed.tobytes()))
 
 

@@ -1,6 +1,7 @@
 """Producers.
 
-In: points, with the producer's own times and tags. Out: `Batch`, `Retract` and `Commit` messages; an `Answer` for each
+In: points, with the producer's own times and tags. Out: `Batch`, `Retract` and `Commit` messages, or their forms for
+spaces; an `Answer` for each
 `send` and `retract`, a frame number for each `commit`. Invariants: messages are pipelined, but at most
 `MOST_UNANSWERED` wait for their answer. Every message is answered in the end, or the producer (or the connection) fails
 with the reason. The list of refusals is bounded, their count is not.
@@ -15,27 +16,26 @@ from dataclasses import dataclass, field, replace
 from types import TracebackType
 from typing import Any, Callable
 
+from .batches import AnyBatch, AnyRetract, SpaceBatches, batches_for, most_points
 from .codec import Packed
 from .connection import Connection, as_exception
 from .errors import ConnectionLost, HopesError, ProtocolError, StreamEnded, TimedOut
 from .messages import (
     Accepted,
-    Batch,
     Close,
     Closed,
     Commit,
     Committed,
     Error,
     Message,
-    Open,
     Opened,
     Overloaded,
     Refusal,
     Refused,
-    Retract,
 )
-from .points import Numbers, Points, list_tags, pack_numbers, pack_points
+from .points import Numbers, Points, list_tags, pack_numbers
 from .shared import Window
+from .spaces import Metric
 from .timing import Deadline
 
 #: How many messages may wait for their answers.
@@ -43,8 +43,7 @@ MOST_UNANSWERED = 32
 #: How many refusals a producer keeps, the newest ones.
 MOST_REFUSALS = 10_000
 
-# The largest size of a point with its time and tag, and of everything else in a batch, in bytes.
-_POINT_SIZE = 16 + 8 + 9
+# The largest size of everything in a batch but points, times and tags, in bytes.
 _BATCH_OVERHEAD = 64
 
 
@@ -99,6 +98,8 @@ class Producer:
         window: Window | None = None,
         resolution: float | None = None,
         timeout: float | None = None,
+        metric: str | Metric | None = None,
+        dimension: int | None = None,
     ) -> None:
         self.name = name
         self.accepted = 0
@@ -112,21 +113,31 @@ class Producer:
         self._closed = False
         # Why nothing more can be sent.
         self._end: HopesError | None = None
+        self._batches = batches_for(metric, dimension)
         self._channel = connection.open_channel()
         try:
-            question = Open(name, window, resolution)
-            self.opened = connection.ask(self._channel, question, Opened, connection.allowed(timeout))
+            question = self._batches.question(name, window, resolution)
+            answer: Any = connection.ask(self._channel, question, self._batches.expected, connection.allowed(timeout))
         except BaseException:
             connection.close_channel(self._channel)
             raise
+        self.opened: Opened = self._batches.opened(answer)
         self.frame = self.opened.frame
-        room = (connection.welcome.largest_frame - _BATCH_OVERHEAD) // _POINT_SIZE
-        self._largest_batch = max(1, min(self.opened.largest_batch, room))
 
     @property
     def is_open(self) -> bool:
         """Whether more can be sent, as far as is known."""
         return self._end is None
+
+    @property
+    def metric(self) -> Metric | None:
+        """The metric of a stream in R^d. None in the plane."""
+        return self._batches.metric if isinstance(self._batches, SpaceBatches) else None
+
+    @property
+    def dimension(self) -> int | None:
+        """The number of coordinates of a point: 2 in the plane. None: the first point fixes it."""
+        return self._batches.dimension
 
     @property
     def unanswered(self) -> int:
@@ -141,32 +152,33 @@ class Producer:
         tags: Iterable[int] | Any | None = None,
         timeout: float | None = None,
     ) -> Answer:
-        """Sends points: a list of (x, y), or an (n, 2) array. `times` and `tags` have one item for each, if given.
+        """Sends points: a list of (x, y), or an (n, 2) array. `times` and `tags` have one item for each, if given. A
+        stream in R^d takes lists of d coordinates, or an (n, d) array.
 
         Does not wait for the answer (`Answer.wait` does), but waits if too many messages are unanswered. Points that do
         not fit into one batch are sent in several. `TimedOut.sent` is the number of points that were sent before.
         """
-        packed = pack_points(points)
+        packed = self._batches.pack(points)
         its_times = Packed(0, memoryview(b"")) if times is None else pack_numbers(times)
         its_tags = [] if tags is None else list_tags(tags)
         for count, what in ((its_times.count, "times"), (len(its_tags), "tags")):
             if count not in (0, packed.count):
                 raise ValueError(f"there are {packed.count} points but {count} {what}")
 
-        def batch(start: int, stop: int) -> Batch:
+        def batch(start: int, stop: int) -> AnyBatch:
             part_times = its_times.part(start, stop) if its_times.count else its_times
-            return Batch(self._next(), packed.part(start, stop), part_times, its_tags[start:stop])
+            return self._batches.batch(self._next(), packed.part(start, stop), part_times, its_tags[start:stop])
 
-        return self._send_parts(packed.count, batch, timeout)
+        return self._send_parts(packed, batch, timeout)
 
     def retract(self, points: Points, *, timeout: float | None = None) -> Answer:
         """Retracts the oldest point at each position. Waits no longer than `send` does."""
-        packed = pack_points(points)
+        packed = self._batches.pack(points)
 
-        def retraction(start: int, stop: int) -> Retract:
-            return Retract(self._next(), packed.part(start, stop))
+        def retraction(start: int, stop: int) -> AnyRetract:
+            return self._batches.retraction(self._next(), packed.part(start, stop))
 
-        return self._send_parts(packed.count, retraction, timeout)
+        return self._send_parts(packed, retraction, timeout)
 
     def commit(self, time: float | None = None, *, timeout: float | None = None) -> int:
         """Commits a frame, waits for all answers, and returns the number of the frame."""
@@ -220,20 +232,24 @@ class Producer:
         self._sequence += 1
         return self._sequence
 
-    def _send_parts(self, count: int, message: Callable[[int, int], Batch | Retract], timeout: float | None) -> Answer:
-        """Sends `count` points in messages of a suitable size. `message` makes the one between two indices."""
+    def _send_parts(
+        self, packed: Packed, message: Callable[[int, int], AnyBatch | AnyRetract], timeout: float | None
+    ) -> Answer:
+        """Sends points in messages of a suitable size. `message` makes the one between two indices."""
         deadline = Deadline(self._connection.allowed(timeout))
-        answer = Answer(count, _producer=self)
-        for start in range(0, count, self._largest_batch):
+        answer = Answer(packed.count, _producer=self)
+        room = self._connection.welcome.largest_frame - _BATCH_OVERHEAD
+        most = min(self.opened.largest_batch, most_points(packed, room))
+        for start in range(0, packed.count, most):
             try:
-                self._send(message(start, start + self._largest_batch), _Part(answer, start), deadline)
+                self._send(message(start, start + most), _Part(answer, start), deadline)
             except TimedOut as error:
                 error.sent = start
                 raise
             answer._missing += 1
         return answer
 
-    def _send(self, message: Batch | Retract | Commit, part: _Part | None, deadline: Deadline) -> None:
+    def _send(self, message: AnyBatch | AnyRetract | Commit, part: _Part | None, deadline: Deadline) -> None:
         """Sends a message when the number of unanswered ones allows it."""
         self._take_waiting()
         self._await_answers(deadline, MOST_UNANSWERED - 1)

@@ -11,8 +11,9 @@ from collections.abc import Iterable
 
 from .errors import ResyncNeeded
 from .frame import Frame
-from .messages import Diff, Dots, Lagged, Message, Resumed, Snapshot, StreamClosed, StreamOpened, Tracks
+from .messages import Lagged, Message, Resumed, StreamClosed, StreamOpened
 from .mirror import Mirror
+from .spaces import DIFFS, DOTS, SNAPSHOTS, TRACKS, AnyDiff, AnyDots, AnySnapshot, AnyTracks
 from .track_mirror import TrackMirror
 
 
@@ -45,9 +46,9 @@ class Tracker:
             self._resume(message)
         elif isinstance(message, Lagged):
             self._lagged[message.stream] = (message.first, message.last)
-        elif isinstance(message, (Snapshot, Diff)):
+        elif isinstance(message, (*SNAPSHOTS, *DIFFS)):
             return self._frame(message, elapsed)
-        elif isinstance(message, (Dots, Tracks)):
+        elif isinstance(message, (*DOTS, *TRACKS)):
             return self._more(message, elapsed)
         return None
 
@@ -57,10 +58,10 @@ class Tracker:
         for mirror in self._mirrors.values():
             mirror.tracks = TrackMirror()
 
-    def complete(self, frame: Frame, more: Dots | Tracks) -> None:
+    def complete(self, frame: Frame, more: AnyDots | AnyTracks) -> None:
         """Adds to a frame what followed it directly (see `more_of`)."""
         if self._take_more(more):
-            frame.renew(more.events if isinstance(more, Tracks) else [])
+            frame.renew(more.events if isinstance(more, TRACKS) else [])
 
     def _mirror(self, stream: int) -> Mirror:
         if stream not in self._mirrors:
@@ -77,32 +78,32 @@ class Tracker:
         mirror.tracks = TrackMirror()
         self._mirrors[message.stream] = mirror
 
-    def _frame(self, message: Snapshot | Diff, elapsed: float | None) -> Frame:
+    def _frame(self, message: AnySnapshot | AnyDiff, elapsed: float | None) -> Frame:
         mirror = self._mirror(message.stream)
         lagged = self._lagged.pop(message.stream, None)
-        if isinstance(message, Snapshot):
+        if isinstance(message, SNAPSHOTS):
             mirror.apply_snapshot(message)
             self._kept.pop(mirror.name, None)
             return Frame(mirror, message.frame, "snapshot", cause=message.cause.case, lagged=lagged, elapsed=elapsed)
         mirror.apply_diff(message)
         return Frame(mirror, message.frame, "diff", diff=message, lagged=lagged, elapsed=elapsed)
 
-    def _more(self, message: Dots | Tracks, elapsed: float | None) -> Frame | None:
+    def _more(self, message: AnyDots | AnyTracks, elapsed: float | None) -> Frame | None:
         """A frame in which only dots or tracks are new."""
         if not self._take_more(message):
             return None
         mirror = self._mirror(message.stream)
         assert mirror.header is not None
-        kind, events = ("dots", []) if isinstance(message, Dots) else ("tracks", message.events)
+        kind, events = ("dots", []) if isinstance(message, DOTS) else ("tracks", message.events)
         return Frame(mirror, mirror.header, kind, track_events=events, elapsed=elapsed)
 
-    def _take_more(self, message: Dots | Tracks) -> bool:
+    def _take_more(self, message: AnyDots | AnyTracks) -> bool:
         """Whether the message is handled. Tracks are not, until all of them were listed again."""
         mirror = self._mirror(message.stream)
         if mirror.header is None or message.frame > mirror.number:
-            what = type(message).__name__.lower()
+            what = "dots" if isinstance(message, DOTS) else "tracks"
             raise ResyncNeeded(f"{what} of frame {message.frame} come before that frame")
-        if isinstance(message, Dots):
+        if isinstance(message, DOTS):
             mirror.apply_dots(message)
         elif not self._takes_tracks or (mirror.tracks.number == 0 and message.from_ > 0):
             return False
@@ -111,9 +112,9 @@ class Tracker:
         return True
 
 
-def more_of(message: Message, following: Message | None) -> Dots | Tracks | None:
+def more_of(message: Message, following: Message | None) -> AnyDots | AnyTracks | None:
     """`following`, if it has dots or tracks of the frame of `message`."""
-    if not isinstance(message, (Snapshot, Diff)) or not isinstance(following, (Dots, Tracks)):
+    if not isinstance(message, (*SNAPSHOTS, *DIFFS)) or not isinstance(following, (*DOTS, *TRACKS)):
         return None
     same = (following.stream, following.frame) == (message.stream, message.frame.number)
     return following if same else None

@@ -15,7 +15,7 @@ from .errors import Incomplete, Malformed, TooLarge, UnsupportedVersion, Version
 
 #: The lowest and the highest protocol version that this package speaks.
 LOWEST_VERSION = 1
-HIGHEST_VERSION = 3
+HIGHEST_VERSION = 4
 #: The largest body that is read unless something else is asked for.
 LARGEST_FRAME = 1 << 30
 

@@ -1,7 +1,7 @@
 """Messages of every type, and small frames that fit together.
 
-In: nothing. Out: `MESSAGES`, `snapshot`, `diff`, `header`, `checksum`, `track`, `tracks`, `event`. Invariant:
-`checksum` is a literal copy of the specification's function, not the function under test.
+In: nothing. Out: `MESSAGES`, `snapshot`, `diff`, `header`, `checksum`, `track`, `tracks`, `event`, and those of a
+space. Invariant: `checksum` is a literal copy of the specification's function, not the function under test.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import struct
 from typing import Any
 
 from hopes_client import messages as m
+from hopes_client import spaces as s
 from hopes_client.admin import Peer, StreamMemory
 from hopes_client.shared import Cause, Cut, DotsWanted, FrameHeader, Policy, Simplify, View, Window
 from hopes_client.tracks import Happening, Track, TrackChanges, TrackCycle, TrackEvent, TracksWanted
@@ -109,6 +110,74 @@ def tracks(
     return m.Tracks(stream, from_, frame, frame / 2, list(events), alive, listed)
 
 
+#: The metric of the streams in R^3.
+EUCLIDEAN = s.Metric("Euclidean")
+CUBE = [(0, 0.0, 0.0, 1.0), (1, 2.0, 0.0, 1.0), (2, 2.0, 2.0, 1.0), (3, 0.0, 2.0, -1.0)]
+
+
+def space_checksum(
+    vertices: list[tuple[Any, ...]], edges: list[tuple[int, int]], critical: list[tuple[int, int, float, float]]
+) -> int:
+    positions = sum(h(1, id, *map(bits, position)) for id, *position in vertices)
+    return (positions + checksum([], edges, critical)) % 2**64
+
+
+def flat(vertices: list[tuple[Any, ...]]) -> list[float]:
+    return [number for _, *position in vertices for number in position]
+
+
+def space_snapshot(number: int = 1, stream: int = 9, cause: str = "Start") -> s.SpaceSnapshot:
+    """Four points of R^3. The critical edge never dies."""
+    critical = [(2, 3, 1.0, math.inf)]
+    total = space_checksum(CUBE, SQUARE_EDGES, critical)
+    ids = [row[0] for row in CUBE]
+    return s.SpaceSnapshot(
+        stream, Cause(cause), header(number), EUCLIDEAN, 3, ids, flat(CUBE), SQUARE_EDGES, critical, total
+    )
+
+
+def space_diff(number: int = 2, stream: int = 9) -> s.SpaceDiff:
+    """From `space_snapshot(number - 1)`: as `diff`, and the cycle is filled."""
+    added: list[tuple[Any, ...]] = [(2, 2.5, 2.0, 0.5), (4, 3.0, 0.0, -0.0)]
+    vertices = [CUBE[0], added[0], CUBE[3], added[1]]
+    edges, critical = [(0, 3), (0, 4), (2, 4)], [(2, 3, 1.25, 1.5)]
+    return s.SpaceDiff(
+        stream=stream,
+        from_=number - 1,
+        frame=header(number),
+        dimension=3,
+        ids_added=[2, 4],
+        coordinates_added=flat(added),
+        vertices_removed=[1, 2],
+        edges_added=[(0, 4), (2, 4)],
+        edges_removed=[(0, 1), (1, 2)],
+        critical_set=critical,
+        critical_removed=[],
+        checksum=space_checksum(vertices, edges, critical),
+    )
+
+
+def space_dots(frame: int, stream: int = 9) -> s.SpaceDots:
+    endless = s.SpaceDot((2, 3), 1.0, None, None)
+    return s.SpaceDots(stream, frame, 2, [endless, s.SpaceDot((0, 1), 1.0, 1.5, (1, 3))])
+
+
+def space_track(id: int) -> s.SpaceTrack:
+    return s.SpaceTrack(id, 1, 1.0, None, [1.0, 1.0, 0.5], 1.5, [0.0, -0.5, 0.0], True)
+
+
+def space_tracks(
+    from_: int,
+    frame: int,
+    events: tuple[s.SpaceTrackEvent, ...] = (),
+    alive: list[s.SpaceTrack] | None = None,
+    cycles: dict[int, list[list[int]]] | None = None,
+    stream: int = 9,
+) -> s.SpaceTracks:
+    listed = [TrackCycle(id, walks) for id, walks in (cycles or {}).items()]
+    return s.SpaceTracks(stream, from_, frame, frame / 2, list(events), alive, listed)
+
+
 INFO = m.StreamInfo(9, "lidär", 77, Window.time(2.5), 0.125, 300, 70_000, 5_000_000_000, 2, 1)
 BIG = 2**64 - 1
 PEER = Peer(3, "tcp:127.0.0.1:7878", "sensör 1", 86_400_000, 250, 2, 70_000, 1 << 20, 251, BIG, 5)
@@ -178,4 +247,16 @@ MESSAGES: list[m.Message] = [
     m.GetMemory(),
     MEMORY,
     m.Elapsed(1_500_000_000),
+    s.ListSpaces(),
+    s.Spaces([s.SpaceInfo(9, s.Metric("Angular"), None), s.SpaceInfo(70_000, s.Metric("Euclidean"), 3)]),
+    s.OpenSpace("cloud", Window.frames(1), 0.5, s.Metric("Manhattan"), 4096),
+    s.OpenSpace("cloud", None, None, None, None),
+    s.SpaceOpened(m.Opened(9, 77, True, Window.all(), None, 0, 4096), s.Metric("Chebyshev"), None, 4096),
+    s.SpaceBatch(1, 3, [0.0, -0.0, math.inf], [1.0], [250]),
+    s.SpaceRetract(2, 1, []),
+    space_snapshot(),
+    space_diff(),
+    space_dots(2),
+    space_tracks(0, 2, alive=[space_track(1), space_track(251)], cycles={1: [[0, 1, 70_000]], 251: []}),
+    space_tracks(2, 3, (s.SpaceTrackEvent(3, None, Happening("Born"), space_track(2)),)),
 ]

@@ -41,7 +41,7 @@ class Handshake(unittest.TestCase):
 
     def test_it_works(self) -> None:
         def script(fake: Fake) -> None:
-            self.assertEqual(fake.read_banner(), Banner(1, 3))
+            self.assertEqual(fake.read_banner(), Banner(1, 4))
             fake.socket.sendall(Banner(1, 7).encode())
             hello = fake.receive(0, m.Hello)
             self.assertIn("hopes-client", hello.software)
@@ -51,7 +51,7 @@ class Handshake(unittest.TestCase):
             self.assertEqual(goodbye.streams, [])
 
         with connection(script) as made:
-            self.assertEqual((made.welcome.epoch, made.version), (77, 3))
+            self.assertEqual((made.welcome.epoch, made.version), (77, 4))
             self.assertTrue(made.is_alive)
         self.assertFalse(made.is_alive)
 
@@ -85,11 +85,11 @@ class Handshake(unittest.TestCase):
     def test_no_common_version(self) -> None:
         def script(fake: Fake) -> None:
             fake.read_banner()
-            fake.socket.sendall(Banner(4, 5).encode())
+            fake.socket.sendall(Banner(5, 6).encode())
             self.assertEqual(fake.socket.recv(100), b"")
 
         error = self.failing(script, hopes.VersionMismatch)
-        self.assertIn("4 to 5", str(error))
+        self.assertIn("5 to 6", str(error))
 
     def test_a_peer_that_is_no_daemon(self) -> None:
         self.failing(lambda fake: fake.socket.sendall(b"HTTP/1.1 400 Bad Request\r\n"), hopes.Malformed)

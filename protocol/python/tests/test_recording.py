@@ -105,7 +105,7 @@ class NoRecordings(unittest.TestCase):
             (b"HOPES", hopes.Malformed),
             (b"x" * 100, hopes.Malformed),
             (Banner(1, 2).encode(), hopes.Malformed),
-            (Banner(4, 4).encode(), hopes.VersionMismatch),
+            (Banner(5, 5).encode(), hopes.VersionMismatch),
         ):
             with self.subTest(data=data), self.assertRaises(error):
                 read(data)

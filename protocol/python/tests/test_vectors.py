@@ -13,6 +13,7 @@ from hopes_client import messages as m
 from hopes_client.codec import codec_of
 from hopes_client.errors import BodyError, Incomplete, Malformed, ProtocolError, TooLarge, UnsupportedVersion
 from hopes_client.mirror import Mirror
+from hopes_client.spaces import SpaceDiff, SpaceSnapshot, SpaceTracks
 from hopes_client.track_mirror import TrackMirror
 from hopes_client.wire import HIGHEST_VERSION, LOWEST_VERSION, Banner, pack_frame, parse_frame
 
@@ -100,6 +101,27 @@ class Vectors(unittest.TestCase):
                     assert isinstance(message, m.Tracks)
                     mirror.apply(message)
                 self.assertEqual({id: track.selected for id, track in mirror.alive.items()}, alive)
+
+    def test_spaces_that_follow(self) -> None:
+        all_of_them = messages(4)
+        alone = [(name,) for name in all_of_them if name.startswith("space_snapshot")]
+        for chain in (*alone, ("space_snapshot", "space_diff", "space_diff_onwards"), ("space_diff_borders",)):
+            with self.subTest(chain=chain):
+                mirror = Mirror()
+                for name in chain:
+                    message = all_of_them[name]
+                    if isinstance(message, SpaceSnapshot):
+                        mirror.apply_snapshot(message)
+                    else:
+                        assert isinstance(message, SpaceDiff)
+                        mirror.apply_diff(message)
+                mirror.verify()
+        tracks = TrackMirror()
+        for name in ("space_tracks_start", "space_tracks", "space_tracks_merged"):
+            message = all_of_them[name]
+            assert isinstance(message, SpaceTracks)
+            tracks.apply(message)
+        self.assertEqual(tracks.alive.keys(), {1, 251})
 
     def check_banner(self, version: int, raw: bytes, expected: dict[str, object]) -> None:
         banner = Banner.decode(raw)

@@ -8,6 +8,7 @@ import struct
 import unittest
 
 from hopes_client import messages as m
+from hopes_client import spaces as s
 from hopes_client.codec import F64, U16, U32, U64, Packed, codec_of
 from hopes_client.crc import crc32c, pure_crc32c
 from hopes_client.errors import (
@@ -19,7 +20,7 @@ from hopes_client.errors import (
     VersionMismatch,
 )
 from hopes_client.shared import Cut, DotsWanted, Simplify, View, Window
-from hopes_client.wire import HEADER_SIZE, Banner, FrameBuffer, pack_frame, parse_frame
+from hopes_client.wire import HEADER_SIZE, HIGHEST_VERSION, Banner, FrameBuffer, pack_frame, parse_frame
 
 from .samples import MESSAGES
 
@@ -94,13 +95,13 @@ class OuterFrame(unittest.TestCase):
         return bytes(frame)
 
     def test_bytes(self) -> None:
-        head = bytes.fromhex("686f7046 0300 0501 07000000 04000000")
+        head = bytes.fromhex("686f7046 0400 0501 07000000 04000000")
         expected = head + struct.pack("<I", slow_crc32c(head)) + b"body" + struct.pack("<I", slow_crc32c(b"body"))
         self.assertEqual(self.good, expected)
 
     def test_round_trip(self) -> None:
         frame, size = parse_frame(self.good + b"more")
-        self.assertEqual((frame.version, frame.type, frame.channel, frame.body), (3, 0x0105, 7, b"body"))
+        self.assertEqual((frame.version, frame.type, frame.channel, frame.body), (4, 0x0105, 7, b"body"))
         self.assertEqual(size, len(self.good))
 
     def test_incomplete(self) -> None:
@@ -138,7 +139,7 @@ class OuterFrame(unittest.TestCase):
         bodies = []
         for byte in self.good + pack_frame(3, 0, b""):
             buffer.feed(bytes([byte]))
-            frame = buffer.next_frame(3)
+            frame = buffer.next_frame(HIGHEST_VERSION)
             bodies += [frame.body] if frame else []
         self.assertEqual(bodies, [b"body", b""])
         self.assertEqual(len(buffer), 0)
@@ -146,7 +147,7 @@ class OuterFrame(unittest.TestCase):
     def test_an_announced_body_takes_no_memory(self) -> None:
         buffer = FrameBuffer()
         buffer.feed(self.broken(12, struct.pack("<I", 1 << 30))[:HEADER_SIZE])
-        self.assertIsNone(buffer.next_frame(3))
+        self.assertIsNone(buffer.next_frame(HIGHEST_VERSION))
         self.assertEqual(len(buffer), HEADER_SIZE)
 
 
@@ -206,7 +207,7 @@ class Bodies(unittest.TestCase):
 
     def test_every_type_is_among_the_samples(self) -> None:
         self.assertEqual({message.TYPE for message in MESSAGES}, set(m.BY_TYPE))
-        self.assertEqual(len(m.BY_TYPE), 44)
+        self.assertEqual(len(m.BY_TYPE), 54)
 
     def test_round_trip(self) -> None:
         for message in MESSAGES:
@@ -255,11 +256,15 @@ class Bodies(unittest.TestCase):
             *(m.ListPeers, m.Peers, m.StopStream, m.StreamStopped),
             *(m.Disconnect, m.Disconnected, m.GetMemory, m.Memory),
         }
-        later = {2: {m.WantTracks, m.Tracks}, 3: of_version_3}
+        of_version_4 = {
+            *(s.ListSpaces, s.Spaces, s.OpenSpace, s.SpaceOpened, s.SpaceBatch, s.SpaceRetract),
+            *(s.SpaceSnapshot, s.SpaceDiff, s.SpaceDots, s.SpaceTracks),
+        }
+        later = {2: {m.WantTracks, m.Tracks}, 3: of_version_3, 4: of_version_4}
         for message in MESSAGES:
             body = bytes(m.encode(message))
             since = next((version for version, kinds in later.items() if type(message) in kinds), 1)
-            for version in (1, 2, 3):
+            for version in (1, 2, 3, 4):
                 if version < since:
                     with self.assertRaisesRegex(BodyError, f"not known in version {version}"):
                         m.decode(message.TYPE, body, version)
@@ -279,6 +284,10 @@ class Bodies(unittest.TestCase):
             (m.Accepted, "0101" + huge),
             (m.Goodbye, "00" + huge),
             (m.Hello, "00" + huge),
+            (s.Spaces, huge),
+            (s.SpaceBatch, "0103" + huge),
+            (s.SpaceBatch, "010300" + huge),
+            (s.SpaceRetract, "0103" + huge),
         ):
             with self.subTest(kind=kind), self.assertRaisesRegex(BodyError, "do not fit"):
                 self.decode(kind, raw)

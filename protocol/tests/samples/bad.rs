@@ -1,4 +1,4 @@
-//! Bytes that must give an error: the samples of `vectors/v1/bad`, `vectors/v2/bad` and `vectors/v3/bad`.
+//! Bytes that must give an error: the samples of `vectors/v1/bad` and of the `bad` folders of later versions.
 //!
 //! In: a version. Out: bytes with the class of their error.
 //!
@@ -38,6 +38,7 @@ pub fn of(version: u16) -> Vec<Bad> {
             .collect(),
         2 => super::bad_tracks::all(),
         3 => super::bad_admin::all(),
+        4 => super::bad_spaces::all(),
         version => panic!("version {version} has no samples"),
     }
 }

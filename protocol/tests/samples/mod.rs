@@ -12,6 +12,7 @@
 mod admin;
 pub mod bad;
 mod bad_admin;
+mod bad_spaces;
 mod bad_tracks;
 mod connection;
 mod consumers;
@@ -19,12 +20,13 @@ pub mod files;
 pub mod json;
 mod producers;
 pub mod random;
+mod spaces;
 mod tracks;
 
 use hopes_protocol::{Checksum, Critical, Edge, Message, Vertex};
 
 /// The versions of the protocol. Each has a folder of vectors.
-pub const VERSIONS: [u16; 3] = [1, 2, 3];
+pub const VERSIONS: [u16; 4] = [1, 2, 3, 4];
 
 /// Numbers on both sides of each border of the encoding.
 pub const BORDERS: [u64; 9] = [0, 250, 251, 65_535, 65_536, 0xFFFF_FFFF, 0x1_0000_0000, u64::MAX - 1, u64::MAX];
@@ -46,7 +48,7 @@ pub struct Sample {
 /// All samples.
 pub fn all() -> Vec<Sample> {
     let of_version_1 = [connection::samples(), producers::samples(), consumers::samples()].concat();
-    [of_version_1, tracks::samples(), admin::samples()].concat()
+    [of_version_1, tracks::samples(), admin::samples(), spaces::samples()].concat()
 }
 
 /// The samples in frames of a version.

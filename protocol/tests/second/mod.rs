@@ -79,6 +79,8 @@ macro_rules! each_body {
             Streams 0x0008 Streams,
             GetStatus 0x0009 GetStatus,
             Status 0x000A Status,
+            ListSpaces 0x000B ListSpaces,
+            Spaces 0x000C Spaces,
             Open 0x0101 Open,
             Opened 0x0102 Opened,
             Batch 0x0103 Batch,
@@ -90,6 +92,10 @@ macro_rules! each_body {
             Refused 0x0109 Refused,
             Committed 0x010A Committed,
             Overloaded 0x010B Overloaded,
+            OpenSpace 0x010D OpenSpace,
+            SpaceOpened 0x010E SpaceOpened,
+            SpaceBatch 0x010F SpaceBatch,
+            SpaceRetract 0x0110 SpaceRetract,
             Subscribe 0x0201 Subscribe,
             ChangeView 0x0202 ChangeView,
             Unsubscribe 0x0203 Unsubscribe,
@@ -104,6 +110,10 @@ macro_rules! each_body {
             Unsubscribed 0x020C Unsubscribed,
             WantTracks 0x020D WantTracks,
             Tracks 0x020E Tracks,
+            SpaceSnapshot 0x0210 SpaceSnapshot,
+            SpaceDiff 0x0211 SpaceDiff,
+            SpaceDots 0x0212 SpaceDots,
+            SpaceTracks 0x0213 SpaceTracks,
             ListPeers 0x0301 ListPeers,
             Peers 0x0302 Peers,
             StopStream 0x0303 StopStream,
@@ -559,5 +569,128 @@ wire! {
         pub points: u64,
         pub views: u64,
         pub queue: u64,
+    }
+}
+
+// ---- spaces
+
+wire! {
+    pub enum Metric {
+        Euclidean,
+        Manhattan,
+        Chebyshev,
+        Angular,
+        Haversine,
+    }
+
+    pub struct ListSpaces {}
+
+    pub struct Spaces {
+        pub streams: Vec<SpaceInfo>,
+    }
+
+    pub struct SpaceInfo {
+        pub stream: u32,
+        pub metric: Metric,
+        pub dimension: Option<u32>,
+    }
+
+    pub struct OpenSpace {
+        pub name: String,
+        pub window: Option<Window>,
+        pub resolution: Option<f64>,
+        pub metric: Option<Metric>,
+        pub dimension: Option<u32>,
+    }
+
+    pub struct SpaceOpened {
+        pub opened: Opened,
+        pub metric: Metric,
+        pub dimension: Option<u32>,
+        pub max_vertices: u64,
+    }
+
+    pub struct SpaceBatch {
+        pub sequence: u64,
+        pub dimension: u32,
+        pub coordinates: Vec<f64>,
+        pub times: Vec<f64>,
+        pub tags: Vec<u64>,
+    }
+
+    pub struct SpaceRetract {
+        pub sequence: u64,
+        pub dimension: u32,
+        pub coordinates: Vec<f64>,
+    }
+
+    pub struct SpaceSnapshot {
+        pub stream: u32,
+        pub cause: Cause,
+        pub frame: Frame,
+        pub metric: Metric,
+        pub dimension: u32,
+        pub ids: Vec<u64>,
+        pub coordinates: Vec<f64>,
+        pub edges: Vec<Edge>,
+        pub critical: Vec<Critical>,
+        pub checksum: u64,
+    }
+
+    pub struct SpaceDiff {
+        pub stream: u32,
+        pub from: u64,
+        pub frame: Frame,
+        pub dimension: u32,
+        pub ids_added: Vec<u64>,
+        pub coordinates_added: Vec<f64>,
+        pub vertices_removed: Vec<u64>,
+        pub edges_added: Vec<Edge>,
+        pub edges_removed: Vec<Edge>,
+        pub critical_set: Vec<Critical>,
+        pub critical_removed: Vec<Edge>,
+        pub checksum: u64,
+    }
+
+    pub struct SpaceDots {
+        pub stream: u32,
+        pub frame: u64,
+        pub total: u64,
+        pub dots: Vec<SpaceDot>,
+    }
+
+    pub struct SpaceDot {
+        pub edge: Edge,
+        pub birth: f64,
+        pub death: Option<f64>,
+        pub death_edge: Option<Edge>,
+    }
+
+    pub struct SpaceTrack {
+        pub id: u64,
+        pub age: u64,
+        pub birth: f64,
+        pub death: Option<f64>,
+        pub center: Vec<f64>,
+        pub radius: f64,
+        pub velocity: Vec<f64>,
+        pub selected: bool,
+    }
+
+    pub struct SpaceTrackEvent {
+        pub frame: u64,
+        pub time: Option<f64>,
+        pub happening: Happening,
+        pub track: SpaceTrack,
+    }
+
+    pub struct SpaceTracks {
+        pub stream: u32,
+        pub from: u64,
+        pub frame: u64,
+        pub time: Option<f64>,
+        pub events: Vec<SpaceTrackEvent>,
+        pub alive: Option<Vec<SpaceTrack>>,
+        pub cycles: Vec<TrackCycle>,
     }
 }

@@ -1,4 +1,4 @@
-//! `hopes status`: how a daemon is, its streams, and on request its peers and what its memory is used for.
+//! `hopes status`: how a daemon is, its streams, and on request its peers, what its memory is used for, and its spaces.
 //!
 //! In: an address.
 //! Out: tables, or JSON.
@@ -9,9 +9,9 @@ use std::io::{self, Write};
 
 use anyhow::Context;
 use clap::Args;
-use hopes_protocol::{Memory, Peers, Status as Numbers};
+use hopes_protocol::{Memory, Peers, Spaces, Status as Numbers};
 
-use super::tables::{write_memory, write_peers, write_streams};
+use super::tables::{write_memory, write_peers, write_spaces, write_streams};
 use super::{write_line, write_out};
 use crate::cli::args::Connect;
 use crate::cli::{Failure, files};
@@ -33,6 +33,9 @@ pub struct Status {
     /// Also what its memory is used for: peers, and the points, views and queue of each stream.
     #[arg(long)]
     memory: bool,
+    /// Also the metric and the dimension of streams of points in R^d.
+    #[arg(long)]
+    spaces: bool,
     /// As one line of JSON for each of them, with the names of protocol/SPEC.md.
     #[arg(long)]
     json: bool,
@@ -43,6 +46,7 @@ struct Answers {
     status: Numbers,
     peers: Option<Peers>,
     memory: Option<Memory>,
+    spaces: Option<Spaces>,
 }
 
 impl Status {
@@ -63,8 +67,9 @@ impl Status {
         let status = admin.status()?;
         let peers = if self.peers { Some(admin.peers()?) } else { None };
         let memory = if self.memory { Some(admin.memory()?) } else { None };
+        let spaces = if self.spaces { Some(admin.spaces()?) } else { None };
         admin.end();
-        Ok(Answers { status, peers, memory })
+        Ok(Answers { status, peers, memory, spaces })
     }
 }
 
@@ -72,7 +77,8 @@ impl Answers {
     fn write_lines(&self, out: &mut Vec<u8>) -> Result<(), Failure> {
         write_line(out, &self.status)?;
         self.peers.as_ref().map_or(Ok(()), |peers| write_line(out, peers))?;
-        self.memory.as_ref().map_or(Ok(()), |memory| write_line(out, memory))
+        self.memory.as_ref().map_or(Ok(()), |memory| write_line(out, memory))?;
+        self.spaces.as_ref().map_or(Ok(()), |spaces| write_line(out, spaces))
     }
 
     fn write_tables(&self, out: &mut impl Write) -> io::Result<()> {
@@ -84,6 +90,10 @@ impl Answers {
         if let Some(memory) = &self.memory {
             writeln!(out)?;
             write_memory(out, memory)?;
+        }
+        if let Some(spaces) = &self.spaces {
+            writeln!(out)?;
+            write_spaces(out, spaces, &self.status)?;
         }
         Ok(())
     }

@@ -8,7 +8,7 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
-use hopes_protocol::{Memory, Peer, Peers, Status, StreamInfo, StreamMemory, StreamStatus, Window};
+use hopes_protocol::{Memory, Peer, Peers, SpaceInfo, Spaces, Status, StreamInfo, StreamMemory, StreamStatus, Window};
 use indicatif::{HumanBytes, HumanCount};
 
 use crate::formats::aligned::{self, Column, numbers, words};
@@ -46,6 +46,8 @@ const OF_PEERS: [Column; 11] = [
 
 const OF_MEMORY: [Column; 4] = [words("stream"), numbers("points"), numbers("views"), numbers("queue")];
 
+const OF_SPACES: [Column; 3] = [words("stream"), words("metric"), numbers("dimension")];
+
 /// A line about the daemon, and a row a stream.
 pub fn write_streams(out: &mut impl Write, status: &Status) -> io::Result<()> {
     let &Status { uptime_ms, connections, refused_messages, memory, memory_limit, .. } = status;
@@ -76,6 +78,21 @@ pub fn write_memory(out: &mut impl Write, memory: &Memory) -> io::Result<()> {
         return writeln!(out, "no streams");
     }
     aligned::write(out, &OF_MEMORY, streams.iter().map(share))
+}
+
+/// A row for each stream of points in R^d, by the names of the status.
+pub fn write_spaces(out: &mut impl Write, spaces: &Spaces, status: &Status) -> io::Result<()> {
+    if spaces.streams.is_empty() {
+        return writeln!(out, "all streams are of the plane");
+    }
+    // One that has come or gone between the answers has no name here.
+    let name = |number: u32| {
+        let stream = status.streams.iter().find(|stream| stream.info.stream == number);
+        stream.map_or_else(|| format!("number {number}"), |stream| printable(&stream.info.name))
+    };
+    let dimension = |dimension: Option<u32>| dimension.map_or("-".to_owned(), |dimension| dimension.to_string());
+    let row = |space: &SpaceInfo| vec![name(space.stream), space.metric.name().to_owned(), dimension(space.dimension)];
+    aligned::write(out, &OF_SPACES, spaces.streams.iter().map(row))
 }
 
 fn stream(stream: &StreamStatus) -> Vec<String> {

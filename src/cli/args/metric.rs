@@ -11,7 +11,8 @@ use hopes::topology::spaces::Metric;
 use super::embedding::embedding;
 use super::values::{many, scale};
 use crate::cli::Failure;
-use crate::formats::input::space::{DistanceForm, Embedding};
+use crate::formats::input::Columns;
+use crate::formats::input::space::{Coordinates, DistanceForm, Embedding, SpaceColumns};
 
 /// Which distances the skeleton is of.
 #[derive(Clone, Copy, Debug, Args)]
@@ -36,7 +37,7 @@ pub struct MetricArgs {
 
 /// A metric by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum MetricWord {
+pub enum MetricWord {
     /// The plane, by its alpha filtration.
     Plane,
     /// All columns are coordinates; the root of the sum of squares.
@@ -51,6 +52,20 @@ enum MetricWord {
     Haversine,
     /// The file has distances, not points.
     Matrix,
+}
+
+impl MetricWord {
+    /// The metric of points; none of the plane, and of distances.
+    pub(super) fn of_points(self) -> Option<Metric> {
+        match self {
+            Self::Plane | Self::Matrix => None,
+            Self::Euclidean => Some(Metric::Euclidean),
+            Self::Manhattan => Some(Metric::Manhattan),
+            Self::Chebyshev => Some(Metric::Chebyshev),
+            Self::Angular => Some(Metric::Angular),
+            Self::Haversine => Some(Metric::Haversine),
+        }
+    }
 }
 
 /// What a file holds, if it is not of the plane.
@@ -94,7 +109,8 @@ impl MetricArgs {
             (_, Some(_)) => MetricWord::Matrix,
             _ => MetricWord::Plane,
         };
-        let metric = match self.metric.unwrap_or(usual) {
+        let word = self.metric.unwrap_or(usual);
+        match word {
             MetricWord::Plane if self.embed.is_some() => return Err(not_in_the_plane("--embed")),
             MetricWord::Haversine if self.embed.is_some() => {
                 return Err(Failure::usage("--embed makes vectors, not places on the Earth: choose another --metric"));
@@ -106,17 +122,31 @@ impl MetricArgs {
             _ if self.distances.is_some() => {
                 return Err(Failure::usage("--distances is for --metric matrix: of points, distances are computed"));
             }
-            MetricWord::Plane => return Ok(None),
-            MetricWord::Euclidean => Metric::Euclidean,
-            MetricWord::Manhattan => Metric::Manhattan,
-            MetricWord::Chebyshev => Metric::Chebyshev,
-            MetricWord::Angular => Metric::Angular,
-            MetricWord::Haversine => Metric::Haversine,
-        };
-        Ok(Some(SpaceKind::Points(metric, self.embed)))
+            _ => {}
+        }
+        Ok(word.of_points().map(|metric| SpaceKind::Points(metric, self.embed)))
     }
 }
 
-fn not_in_the_plane(option: &str) -> Failure {
+/// Which columns have the coordinates of points under a metric.
+///
+/// # Errors
+/// The words choose none that can be.
+pub fn coordinates(metric: Metric, columns: Option<&str>) -> Result<Coordinates, Failure> {
+    let wrong = |error: String| Failure::usage(format!("--columns {}: {error}", columns.unwrap_or_default()));
+    let parsed = |words: &str| -> Result<Coordinates, String> {
+        if metric == Metric::Haversine {
+            return words.parse::<Columns>().map(Coordinates::Degrees).map_err(|error| error.to_string());
+        }
+        words.parse::<SpaceColumns>().map(Coordinates::Any).map_err(|error| error.to_string())
+    };
+    match columns {
+        Some(words) => parsed(words).map_err(wrong),
+        None if metric == Metric::Haversine => Ok(Coordinates::Degrees(Columns::default())),
+        None => Ok(Coordinates::default()),
+    }
+}
+
+pub(super) fn not_in_the_plane(option: &str) -> Failure {
     Failure::usage(format!("{option} is for metric spaces: say --metric too, such as --metric euclidean"))
 }

@@ -13,17 +13,19 @@ mod peers;
 mod place;
 mod places;
 mod sockets;
+mod stream_space;
 mod suffix;
 mod tracks;
 mod values;
 mod view;
 
 pub use detection::DetectionArgs;
-pub use metric::{MetricArgs, SpaceKind, SpaceOptions};
+pub use metric::{MetricArgs, SpaceKind, SpaceOptions, coordinates};
 pub use peers::{Connect, FollowArgs, To, name};
 pub use place::{Place, USUAL};
-pub use places::{ChosenColumns, ProjectArgs};
+pub use places::{ProjectArgs, chosen};
 pub use sockets::{PLACES, SocketArgs};
+pub use stream_space::{StreamSpace, StreamSpaceArgs, form};
 pub use suffix::by_suffix;
 pub use tracks::TrackArgs;
 pub use values::{

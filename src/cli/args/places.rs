@@ -9,6 +9,7 @@ use std::str::FromStr;
 use clap::Args;
 
 use super::values::number;
+use crate::cli::Failure;
 use crate::formats::degrees::warning_of_degrees;
 use crate::formats::input::{Columns, ColumnsError};
 use crate::formats::projection::{Projection, Projector};
@@ -27,6 +28,15 @@ impl FromStr for ChosenColumns {
     fn from_str(words: &str) -> Result<Self, ColumnsError> {
         Ok(Self { columns: words.parse()?, words: words.to_owned() })
     }
+}
+
+/// The columns that words choose, if there are any.
+///
+/// # Errors
+/// They choose none that can be.
+pub fn chosen(words: Option<&str>) -> Result<Option<ChosenColumns>, Failure> {
+    let wrong = |error: ColumnsError| Failure::usage(format!("--columns {}: {error}", words.unwrap_or_default()));
+    words.map(str::parse).transpose().map_err(wrong)
 }
 
 /// Whether coordinates are degrees that become metres.

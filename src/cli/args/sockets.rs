@@ -8,11 +8,13 @@ use std::num::NonZeroUsize;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use hopes::topology::spaces::{MAX_DIMENSION, MAX_VERTICES, Metric};
 use hopes_protocol::Policy;
 
+use super::metric::MetricWord;
 use super::place::{Place, USUAL};
 use super::values::{bytes, duration, how_many, many, resolution, whole, window, within};
-use crate::daemon::{Limits, Overload, StreamSettings};
+use crate::daemon::{Limits, Overload, SpaceRule, StreamSettings};
 
 /// The options that open a way in; one of them must be given for others to make sense.
 pub const PLACES: &str = "places";
@@ -37,9 +39,10 @@ pub struct SocketArgs {
     pub allow_remote: bool,
     /// Make a stream at the start. May be repeated; producers make others.
     ///
-    /// NAME, or NAME:OPTION=VALUE,... of window, resolution, frame-points, frame-every.
+    /// NAME, or NAME:OPTION=VALUE,... of window, resolution, frame-points, frame-every, and for points of R^d metric
+    /// (euclidean, manhattan, chebyshev, angular, haversine) and dimension.
     #[arg(long, value_name = "NAME[:OPTIONS]", value_parser = stream, requires = PLACES)]
-    pub stream: Vec<(String, StreamSettings)>,
+    stream: Vec<(String, StreamSettings)>,
     /// What happens when a producer is faster than its stream.
     #[arg(long, value_enum, default_value_t)]
     pub overload: OverloadArg,
@@ -66,9 +69,11 @@ pub struct SocketArgs {
     /// Points in the window of a stream; more are refused, with the reason.
     #[arg(long, value_name = "N", default_value_t = Limits::default().points, value_parser = whole)]
     max_points: u64,
-    /// Distinct positions in a stream; batches that come when there are as many are refused, with the reason.
-    #[arg(long, value_name = "N", default_value_t = Limits::default().vertices, value_parser = whole)]
-    max_vertices: u64,
+    /// Distinct positions in a stream; more are refused, with the reason [default: 20000000; 4096 with a metric].
+    ///
+    /// With a metric, a frame costs time and memory by their square, and there may be 65536.
+    #[arg(long, value_name = "N", value_parser = whole)]
+    pub max_vertices: Option<u64>,
     /// Points in one message; a message has at most 4 MiB.
     #[arg(
         long,
@@ -129,6 +134,7 @@ impl From<OverloadArg> for Overload {
 impl SocketArgs {
     /// The limits that they ask for.
     pub fn limits(&self) -> Limits {
+        let usual = Limits::default();
         Limits {
             connections: self.max_connections,
             streams: self.max_streams,
@@ -137,15 +143,31 @@ impl SocketArgs {
             views: self.max_views,
             peer_views: self.max_peer_views,
             points: self.max_points,
-            vertices: self.max_vertices,
+            vertices: self.max_vertices.unwrap_or(usual.vertices),
+            space_vertices: self.space_vertices(),
             largest_batch: self.max_batch,
             memory: self.max_memory.unwrap_or(0),
             consumer_queue: self.consumer_queue as usize,
             history: self.history as usize,
             heartbeat: self.heartbeat,
             timeout: self.timeout,
-            ..Limits::default()
+            ..usual
         }
+    }
+
+    /// The streams to be made at the start.
+    pub fn streams(self) -> Vec<(String, StreamSettings)> {
+        let most = self.space_vertices();
+        let mut streams = self.stream;
+        for space in streams.iter_mut().filter_map(|(_, settings)| settings.options.space.as_mut()) {
+            space.max_vertices = most;
+        }
+        streams
+    }
+
+    fn space_vertices(&self) -> usize {
+        let most = self.max_vertices.map_or(Limits::default().space_vertices, |most| most as usize);
+        most.clamp(1, MAX_VERTICES)
     }
 }
 
@@ -159,6 +181,7 @@ fn stream(word: &str) -> Result<(String, StreamSettings), String> {
         ));
     }
     let mut settings = StreamSettings::default();
+    let (mut metric, mut dimension) = (None, None);
     for option in options.split(',').filter(|option| !option.is_empty()) {
         let (key, value) = option.split_once('=').ok_or_else(|| format!("{option:?} is no option: write KEY=VALUE"))?;
         match key {
@@ -170,14 +193,37 @@ fn stream(word: &str) -> Result<(String, StreamSettings), String> {
                     Some(count.ok_or_else(|| format!("{value:?} is not a number of points, from 1"))?);
             }
             "frame-every" => settings.frame_every = Some(duration(value)?),
+            "metric" => metric = Some(points_metric(value)?),
+            "dimension" => dimension = Some(within::<1, { MAX_DIMENSION as u32 }>(value)? as usize),
             _ => {
                 return Err(format!(
-                    "{key:?} is no option of a stream: there are window, resolution, frame-points, frame-every"
+                    "{key:?} is no option of a stream: there are window, resolution, frame-points, frame-every, metric, \
+                     dimension"
                 ));
             }
         }
     }
+    settings.options.space = space(metric, dimension)?;
     Ok((name.to_owned(), settings))
+}
+
+/// The space of points of R^d; none for the plane.
+fn space(metric: Option<Metric>, dimension: Option<usize>) -> Result<Option<SpaceRule>, String> {
+    let Some(metric) = metric else {
+        return match dimension {
+            Some(_) => Err("dimension is for points of R^d: give a metric too, such as metric=euclidean".to_owned()),
+            None => Ok(None),
+        };
+    };
+    dimension.map_or(Ok(()), |dimension| metric.check_dimension(dimension)).map_err(|error| error.to_string())?;
+    Ok(Some(SpaceRule { metric, dimension, max_vertices: Limits::default().space_vertices }))
+}
+
+fn points_metric(word: &str) -> Result<Metric, String> {
+    let known = MetricWord::from_str(word, false).ok().and_then(MetricWord::of_points);
+    known.ok_or_else(|| {
+        format!("{word:?} is no metric of points: there are euclidean, manhattan, chebyshev, angular, haversine")
+    })
 }
 
 #[cfg(test)]

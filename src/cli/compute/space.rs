@@ -13,13 +13,13 @@ use hopes::topology::{Frame, Skeleton, VertexId, Vertices, numbered};
 use indicatif::ProgressBar;
 
 use super::Failure;
-use crate::cli::args::{SpaceKind, SpaceOptions};
+use crate::cli::args::{SpaceKind, SpaceOptions, coordinates};
 use crate::cli::{files, progress};
 use crate::daemon::InputErrors;
+use crate::formats::input::Format;
 use crate::formats::input::space::{
-    Coordinates, Notice, PointSettings, Space as SpaceRead, SpaceColumns, SpaceError, read_distances, read_points,
+    Notice, PointSettings, Space as SpaceRead, SpaceError, read_distances, read_points,
 };
-use crate::formats::input::{Columns, Format};
 use crate::formats::layout::{Layout, Shape};
 
 /// The most points of which a sample is taken.
@@ -160,21 +160,6 @@ fn of_file(file: &Path, error: SpaceError) -> Failure {
     match files::name(file) {
         Some(name) => failure.of(&name),
         None => failure,
-    }
-}
-
-fn coordinates(metric: Metric, columns: Option<&str>) -> Result<Coordinates, Failure> {
-    let wrong = |error: String| Failure::usage(format!("--columns {}: {error}", columns.unwrap_or_default()));
-    let parsed = |words: &str| -> Result<Coordinates, String> {
-        if metric == Metric::Haversine {
-            return words.parse::<Columns>().map(Coordinates::Degrees).map_err(|error| error.to_string());
-        }
-        words.parse::<SpaceColumns>().map(Coordinates::Any).map_err(|error| error.to_string())
-    };
-    match columns {
-        Some(words) => parsed(words).map_err(wrong),
-        None if metric == Metric::Haversine => Ok(Coordinates::Degrees(Columns::default())),
-        None => Ok(Coordinates::default()),
     }
 }
 

@@ -14,7 +14,7 @@ use std::thread;
 use hopes::scene::{FRAMES_A_SECOND, Kind, Options, Scene};
 use hopes::topology::Window;
 
-use crate::daemon::{Batch, Input};
+use crate::daemon::{Batch, Input, Positions};
 use crate::formats::input::{Columns, Format};
 use crate::formats::points::{Form, Origin, PointSource};
 
@@ -105,7 +105,7 @@ fn play_scene(mut scene: Scene, batch: usize, send: &mut impl FnMut(Input) -> bo
 fn batches(points: &[[f64; 2]], batch: usize) -> impl Iterator<Item = Batch> {
     points.chunks(batch).map(|points| {
         let positions = points.iter().map(|&[x, y]| (x, y)).collect();
-        Batch { positions, ..Batch::default() }
+        Batch { positions: Positions::Plane(positions), ..Batch::default() }
     })
 }
 

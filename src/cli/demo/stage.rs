@@ -11,7 +11,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, Scope};
 use std::time::Duration;
 
-use hopes::topology::{Options, TrackOptions, TrackRule};
+use hopes::topology::{TrackOptions, TrackRule};
 use hopes_protocol::{Cut, DotsWanted, Simplify, TracksWanted, View};
 use indicatif::ProgressBar;
 
@@ -23,7 +23,9 @@ use crate::cli::following::Shown;
 use crate::client::delivery::Delivery;
 use crate::client::follow::{Subscription, follow_until};
 use crate::client::{Client, SOFTWARE, Timeouts};
-use crate::daemon::{self, Address, HttpAccess, Limits, Overload, Settings, StartHttp, Stop, StreamSettings};
+use crate::daemon::{
+    self, Address, HttpAccess, Limits, Overload, PipelineOptions, Settings, StartHttp, Stop, StreamSettings,
+};
 use crate::formats::messages::{MessageForm, MessageWriter};
 use crate::view::Page;
 
@@ -96,7 +98,7 @@ impl Stage {
     }
 
     fn settings(&self) -> Settings {
-        let options = Options { window: self.source.window(), resolution: None };
+        let options = PipelineOptions { window: self.source.window(), ..PipelineOptions::default() };
         let stream = StreamSettings { options, ..StreamSettings::default() };
         Settings {
             default_stream: StreamSettings::default(),
@@ -127,6 +129,7 @@ impl Stage {
             strict: false,
             rate: Some(self.rate),
             origin: None,
+            space: None,
             whole_frames: true,
         };
         let client = Client::connect(&self.address, SOFTWARE, Timeouts::default())?;

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 
-use crate::daemon::{Batch, Input, Stop};
+use crate::daemon::{Batch, Input, Positions, Stop};
 use crate::formats::images::finder::{Finder, Found, NothingUsed};
 
 /// Frames that may wait.
@@ -50,7 +50,7 @@ pub fn forward(found: Found, batch: usize, sender: &SyncSender<Input>) -> bool {
         Found::Frame { points, time } => {
             let parts = points.chunks(batch).all(|points| {
                 let positions = points.iter().map(|&[x, y]| (x.into(), y.into())).collect();
-                sender.send(Input::Points(Batch { positions, ..Batch::default() })).is_ok()
+                sender.send(Input::Points(Batch { positions: Positions::Plane(positions), ..Batch::default() })).is_ok()
             });
             parts && sender.send(Input::Commit(time)).is_ok()
         }

@@ -11,7 +11,7 @@ use std::fmt::Display;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use hopes::topology::Exact;
+use hopes::topology::FirstCoordinates;
 use hopes_protocol::{Message, Overloaded, Policy, Refused, Report};
 
 use super::error::DeliveryError;
@@ -245,14 +245,10 @@ impl State {
         let place = points.place;
         for reason in &refused.reasons {
             let index = reason.index as usize;
-            match points.positions.get(index).zip(points.lines.get(index)) {
-                Some((&(x, y), line)) => {
-                    self.report_error(&format_args!(
-                        "{place} {line}, point ({}, {}): {}",
-                        Exact(x),
-                        Exact(y),
-                        reason.text
-                    ));
+            match points.lines.get(index) {
+                Some(line) => {
+                    let point = points.positions.get(index).with_coordinates(|point| FirstCoordinates::from(point));
+                    self.report_error(&format_args!("{place} {line}, point {point}: {}", reason.text));
                 }
                 None => self.report_error(&format_args!("a point: {}", reason.text)),
             }

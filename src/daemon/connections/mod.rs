@@ -23,5 +23,6 @@ pub mod reader;
 pub mod registry;
 mod session;
 pub mod socket;
+mod space_points;
 pub mod subscription;
 mod writer;

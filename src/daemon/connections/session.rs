@@ -7,6 +7,8 @@
 //!
 //! Must not know: bytes, what engines do.
 
+mod feeding;
+
 use std::collections::HashMap;
 use std::net::Shutdown;
 use std::sync::atomic::Ordering;
@@ -20,15 +22,15 @@ use super::connection::Connection;
 use super::members::Members;
 use super::outbox::PendingAnswer;
 use super::producer::ProducerChannel;
-use super::subscription::{Pattern, Subscription};
+use super::subscription::{self, Pattern, Subscription};
 use crate::daemon::locks::before_waiting;
 use crate::daemon::report::report;
 use crate::daemon::settings::SOFTWARE;
 use crate::daemon::streams::convert;
-use crate::daemon::streams::directory::Directory;
-use crate::daemon::streams::input::{Batch, Input};
-use crate::daemon::streams::queue::{Closed, Item, Origin};
-use crate::daemon::streams::reply::{ReplySink, ReplyTo};
+use crate::daemon::streams::directory::{Directory, Wanted};
+use crate::daemon::streams::input::Input;
+use crate::daemon::streams::queue::{Item, Origin};
+use crate::daemon::streams::reply::ReplyTo;
 use crate::daemon::streams::stream::Stream;
 
 /// What a channel is for.
@@ -87,8 +89,11 @@ impl<'a> Session<'a> {
         }
         let taken = match message {
             Message::Open(_)
+            | Message::OpenSpace(_)
             | Message::Batch(_)
             | Message::Retract(_)
+            | Message::SpaceBatch(_)
+            | Message::SpaceRetract(_)
             | Message::Commit(_)
             | Message::Close(_)
             | Message::StopStream(_)
@@ -98,7 +103,7 @@ impl<'a> Session<'a> {
                 let text = "read-only: streams are fed at the daemon's sockets, not at its page".to_owned();
                 Err((ErrorCode::Unexpected, text))
             }
-            Message::Open(_) | Message::Subscribe(_) if self.connection.is_reserved => {
+            Message::Open(_) | Message::OpenSpace(_) | Message::Subscribe(_) if self.connection.is_reserved => {
                 self.has_no_place = true;
                 return;
             }
@@ -108,15 +113,19 @@ impl<'a> Session<'a> {
             }
             Message::Pong(_) => Ok(()),
             Message::ListStreams(wanted) => self.list(channel, &wanted),
+            Message::ListSpaces(_) => self.list_spaces(channel),
             Message::GetStatus(_)
             | Message::ListPeers(_)
             | Message::GetMemory(_)
             | Message::StopStream(_)
             | Message::Disconnect(_) => self.administer(channel, &message),
-            Message::Open(open) => self.open(channel, &open),
+            Message::Open(open) => self.open(channel, &Wanted::from(&open)),
+            Message::OpenSpace(open) => self.open(channel, &Wanted::from(&open)),
             Message::Subscribe(subscribe) => self.subscribe(channel, &subscribe),
             Message::Batch(batch) => self.batch(channel, batch, pending),
             Message::Retract(retract) => self.retract(channel, retract, pending),
+            Message::SpaceBatch(batch) => self.space_batch(channel, batch, pending),
+            Message::SpaceRetract(retract) => self.space_retract(channel, retract, pending),
             Message::Commit(commit) => self.feed(channel, Input::Commit(commit.time), commit.sequence, Some(pending)),
             Message::Close(close) => self.close(channel, close.end),
             Message::ChangeView(change) => self.change_view(channel, change),
@@ -157,6 +166,15 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
+    fn list_spaces(&self, channel: u32) -> Result<(), Refused> {
+        self.check_free(channel)?;
+        let streams = self.directory.streams();
+        let mut streams: Vec<_> = streams.iter().filter_map(|stream| stream.state.space_info()).collect();
+        streams.sort_unstable_by_key(|info| info.stream);
+        self.connection.send(channel, wire::Spaces { streams });
+        Ok(())
+    }
+
     /// Answers a request of administration.
     fn administer(&self, channel: u32, request: &Message) -> Result<(), Refused> {
         self.check_free(channel)?;
@@ -171,98 +189,6 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    fn open(&mut self, channel: u32, open: &wire::Open) -> Result<(), Refused> {
-        self.check_room(channel)?;
-        let (outbox, account) = (Arc::clone(&self.connection.outbox), Arc::clone(&self.connection.consumer.account));
-        let producer = Arc::new(ProducerChannel::new(channel, outbox, account));
-        let sink: Arc<dyn ReplySink> = Arc::clone(&producer) as _;
-        loop {
-            let may_make = self.streams_made() < self.directory.limits.peer_streams;
-            let (stream, created) = self.directory.open(open, may_make).map_err(|error| (error.code, error.text))?;
-            if created {
-                self.made.push(Arc::downgrade(&stream));
-            }
-            let opened = wire::Opened {
-                stream: stream.state.number,
-                epoch: stream.state.epoch,
-                created,
-                window: convert::wire_window(stream.state.options.window),
-                resolution: stream.state.options.resolution,
-                frame: stream.state.stats.frame(),
-                largest_batch: self.directory.limits.largest_batch,
-            };
-            // A stream that has just ended takes no producer; the next round opens another one.
-            if stream.add_producer(&sink, || self.connection.send(channel, opened)) {
-                self.set_channel(channel, Channel::Producer(producer, stream));
-                return Ok(());
-            }
-        }
-    }
-
-    /// Streams that the peer has made and that are still there.
-    fn streams_made(&mut self) -> usize {
-        self.made.retain(|stream| stream.upgrade().is_some_and(|stream| !stream.has_ended()));
-        self.made.len()
-    }
-
-    fn batch(&mut self, channel: u32, batch: wire::Batch, mut pending: PendingAnswer) -> Result<(), Refused> {
-        let wire::Batch { sequence, points, times, tags } = batch;
-        // Each tag is answered with itself and an id.
-        pending.expect(16 * tags.len());
-        for (what, count) in [("times", times.len()), ("tags", tags.len())] {
-            if count != 0 && count != points.len() {
-                let text = format!("there are {count} {what} for {} points: give none, or one for each", points.len());
-                return Err((ErrorCode::Unreadable, text));
-            }
-        }
-        self.check_size(points.len())?;
-        let batch = Batch { positions: points, times, tags, ..Batch::default() };
-        self.feed(channel, Input::Points(batch), sequence, Some(pending))
-    }
-
-    fn retract(&mut self, channel: u32, retract: wire::Retract, pending: PendingAnswer) -> Result<(), Refused> {
-        self.check_size(retract.points.len())?;
-        let batch = Batch { positions: retract.points, ..Batch::default() };
-        self.feed(channel, Input::Retract(batch), retract.sequence, Some(pending))
-    }
-
-    fn check_size(&self, points: usize) -> Result<(), Refused> {
-        let largest = self.directory.limits.largest_batch;
-        if points > largest as usize {
-            return Err((
-                ErrorCode::TooLarge,
-                format!("a batch of {points} points, where the largest taken has {largest}"),
-            ));
-        }
-        Ok(())
-    }
-
-    /// Hands something on to the stream of a channel; waits while the stream is full.
-    fn feed(
-        &mut self,
-        channel: u32,
-        input: Input,
-        sequence: u64,
-        pending: Option<PendingAnswer>,
-    ) -> Result<(), Refused> {
-        let Some(Channel::Producer(producer, stream)) = self.channels.get(&channel) else {
-            return Err((ErrorCode::NoChannel, format!("channel {channel} feeds no stream: send Open on it first")));
-        };
-        let sink: Arc<dyn ReplySink> = Arc::clone(producer) as _;
-        let reply_to = ReplyTo::new(sink, sequence, pending.map(|pending| Box::new(pending) as _));
-        let origin = Origin::Producer(reply_to);
-        stream.queue.push(Item { input, origin }).map_err(|Closed| {
-            self.end_channel(channel);
-            (ErrorCode::NoChannel, format!("the stream that channel {channel} fed has ended"))
-        })
-    }
-
-    fn close(&mut self, channel: u32, end: bool) -> Result<(), Refused> {
-        self.feed(channel, Input::Close { end }, 0, None)?;
-        self.end_channel(channel);
-        Ok(())
-    }
-
     fn subscribe(&mut self, channel: u32, subscribe: &wire::Subscribe) -> Result<(), Refused> {
         self.check_room(channel)?;
         let pattern = pattern(&subscribe.pattern)?;
@@ -271,6 +197,7 @@ impl<'a> Session<'a> {
             return Err((ErrorCode::BadName, "only one stream can be resumed: name it without *".to_owned()));
         }
         self.check_views(channel, subscribe.view)?;
+        self.check_version(&subscribe.pattern)?;
         if self.directory.memory.is_short() {
             let text = "the daemon is at its limit of memory, and takes no new reader: come back later, or allow more";
             return Err((ErrorCode::NoMemory, text.to_owned()));
@@ -280,6 +207,13 @@ impl<'a> Session<'a> {
         self.set_channel(channel, Channel::Consumer(Arc::clone(&subscription)));
         self.directory.watch(subscription, subscribe.resume);
         Ok(())
+    }
+
+    /// Whether the peer would understand the frames of the stream of that name, if there is one.
+    fn check_version(&self, name: &str) -> Result<(), Refused> {
+        let stream = self.directory.stream(name).filter(|_| wire::is_name(name));
+        let too_new = stream.and_then(|stream| subscription::too_new(&stream.state, self.connection.version()));
+        too_new.map_or(Ok(()), |text| Err((ErrorCode::NeedsVersion, text)))
     }
 
     fn change_view(&mut self, channel: u32, change: wire::ChangeView) -> Result<(), Refused> {

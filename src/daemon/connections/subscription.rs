@@ -14,12 +14,17 @@ use wildmatch::WildMatchPattern;
 
 use super::connection::Connection;
 use crate::daemon::locks::{Level, Lock};
+use crate::daemon::report::report;
 use crate::daemon::streams::directory::StreamWatcher;
 use crate::daemon::streams::publishing::cursor::Cursor;
 use crate::daemon::streams::stream::Stream;
+use crate::daemon::streams::stream_state::StreamState;
 
 /// Matches names in which `*` stands for any run of characters. No name has a NUL, so nothing stands for a single one.
 pub type Pattern = WildMatchPattern<'*', '\0'>;
+
+/// The first version of the protocol that has spaces.
+const SPACES_SINCE: u16 = 4;
 
 /// A subscription.
 #[derive(Debug)]
@@ -69,6 +74,17 @@ impl Subscription {
     }
 }
 
+/// Why a peer that speaks this version cannot follow a stream, if it cannot.
+pub fn too_new(stream: &StreamState, version: u16) -> Option<String> {
+    stream.space.as_ref().filter(|_| version < SPACES_SINCE).map(|_| {
+        format!(
+            "stream {:?} is of points in R^d, which needs version {SPACES_SINCE} of the protocol, and this connection \
+             speaks {version}: update the client",
+            stream.name
+        )
+    })
+}
+
 impl StreamWatcher for Subscription {
     fn matches(&self, name: &str) -> bool {
         self.pattern.matches(name)
@@ -78,6 +94,9 @@ impl StreamWatcher for Subscription {
         let mut cursors = self.connection.cursors.lock();
         if self.is_over.load(Ordering::Acquire) {
             return;
+        }
+        if let Some(text) = too_new(&stream.state, self.connection.version()) {
+            return self.connection.send(self.channel, report(wire::ErrorCode::NeedsVersion, 0, text));
         }
         let (view, tracks) = *self.wanted.lock();
         let cursor = stream.cursor(&self.connection.consumer, view.dots, tracks);

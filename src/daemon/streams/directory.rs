@@ -14,6 +14,8 @@
 //!
 //! Locks: the directory's own before the roster's. Neither is held while a watcher or an engine is called.
 
+mod wanted;
+
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -22,10 +24,9 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crossbeam_channel::{Receiver, Sender, bounded};
-use hopes::topology::{Exact, Options, TrackOptions, Window};
+use hopes::topology::TrackOptions;
 use hopes_protocol as wire;
 
-use super::convert;
 use super::engine::{Engine, EngineSettings, Standard};
 use super::error::EngineError;
 use super::queue::{Overload, Queue};
@@ -37,6 +38,8 @@ use crate::daemon::locks::{Guard, Level, Lock, before_waiting};
 use crate::daemon::log_limits::LogLimits;
 use crate::daemon::memory::Memory;
 use crate::daemon::settings::{Limits, Settings, StreamSettings};
+
+pub use self::wanted::Wanted;
 
 /// Is called when streams begin and end. The side of the connection implements it.
 pub trait StreamWatcher: fmt::Debug + Send + Sync {
@@ -123,14 +126,14 @@ impl Directory {
     ///
     /// # Errors
     /// [`OpenError`]: the name, the options or the number of streams forbid it.
-    pub fn open(self: &Arc<Self>, open: &wire::Open, may_make: bool) -> Result<(Arc<Stream>, bool), OpenError> {
-        let options = check_open(open)?;
+    pub fn open(self: &Arc<Self>, wanted: &Wanted, may_make: bool) -> Result<(Arc<Stream>, bool), OpenError> {
+        let options = wanted.options(&self.limits)?;
         let mut state = self.lock();
-        match self.roster.get(&open.name) {
+        match self.roster.get(&wanted.name) {
             // It is about to go: it takes nothing more, and its name is free.
             Some(stream) if stream.queue.is_closed() => self.roster.remove(&stream),
             Some(stream) => {
-                check_same_options(open, options, &stream)?;
+                wanted.check(options, &stream)?;
                 return Ok((stream, false));
             }
             None => {}
@@ -141,7 +144,7 @@ impl Directory {
             return Err(OpenError { code: wire::ErrorCode::TooManyStreams, text });
         }
         let settings = StreamSettings { options, ..StreamSettings::default() };
-        let stream = self.create(&mut state, &open.name, settings, None)?;
+        let stream = self.create(&mut state, &wanted.name, settings, None)?;
         announce(state, &stream);
         Ok((stream, true))
     }
@@ -198,7 +201,7 @@ impl Directory {
         state.engines.retain(|engine| !engine.is_finished());
         state.engines.push(handle);
         self.roster.insert(&stream);
-        tracing::debug!("stream {name:?} opened: {}", in_words(stream.state.options));
+        tracing::debug!("stream {name:?} opened: {}", wanted::in_words(&stream));
         Ok(stream)
     }
 
@@ -209,7 +212,8 @@ impl Directory {
         wakes: Receiver<()>,
     ) -> Result<JoinHandle<()>, OpenError> {
         let engine =
-            Engine::new(Arc::clone(&self.roster), Arc::clone(&self.memory), Arc::clone(stream), wakes, settings);
+            Engine::new(Arc::clone(&self.roster), Arc::clone(&self.memory), Arc::clone(stream), wakes, settings)
+                .map_err(|error| OpenError { code: wire::ErrorCode::BadOptions, text: error.to_string() })?;
         let (directory, supervised) = (Arc::clone(self), Arc::clone(stream));
         let spawned = thread::Builder::new()
             .name(format!("engine {}", stream.state.number))
@@ -325,44 +329,6 @@ impl Directory {
     pub fn answers(&self, patience: Duration) -> bool {
         self.state.lock_within(patience).is_some()
     }
-}
-
-/// The options that a peer asks for.
-fn check_open(open: &wire::Open) -> Result<Options, OpenError> {
-    if !wire::is_name(&open.name) {
-        let text = format!(
-            "{:?} is no name: it has 1 to {} bytes, no control character and no *",
-            open.name,
-            wire::LONGEST_NAME
-        );
-        return Err(OpenError { code: wire::ErrorCode::BadName, text });
-    }
-    convert::options(open.window, open.resolution)
-        .map_err(|text| OpenError { code: wire::ErrorCode::BadOptions, text: text.to_owned() })
-}
-
-/// Whether a stream has the options that a peer asks for; those that are not given may be anything.
-fn check_same_options(open: &wire::Open, options: Options, stream: &Stream) -> Result<(), OpenError> {
-    let has = stream.state.options;
-    let is_other = open.window.is_some() && options.window != has.window
-        || open.resolution.is_some() && options.resolution != has.resolution;
-    if is_other {
-        let text = format!("stream {:?} has {}: open it so, or without options", open.name, in_words(has));
-        return Err(OpenError { code: wire::ErrorCode::OtherOptions, text });
-    }
-    Ok(())
-}
-
-/// Options as the command line has them.
-fn in_words(options: Options) -> String {
-    let window = match options.window {
-        Window::All => "all".to_owned(),
-        Window::Points(number) => format!("points:{number}"),
-        Window::Frames(number) => format!("frames:{number}"),
-        Window::Time(length) => format!("time:{}", Exact(length)),
-    };
-    let grid = options.resolution.map_or("none".to_owned(), |step| Exact(step).to_string());
-    format!("window {window}, resolution {grid}")
 }
 
 /// Announces a new stream to all watchers that match. A watcher that comes from here on finds the stream by itself.

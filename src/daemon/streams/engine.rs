@@ -24,7 +24,8 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, after, never, select, tick};
-use hopes::topology::{Contradiction, Follower, Pipeline, TrackOptions, ViewSpec};
+use hopes::topology::spaces::SpaceError;
+use hopes::topology::{Contradiction, Follower, TrackOptions, ViewSpec};
 
 use self::request_share::RequestShare;
 use self::stage_clock::StageClock;
@@ -32,8 +33,9 @@ use self::uncommitted::Uncommitted;
 use super::convert;
 use super::error::EngineError;
 use super::output::{Output, OutputFrame, Sent};
+use super::pipeline::AnyPipeline;
+use super::publishing::any_tracks::AnyTrackFrame;
 use super::publishing::cursor::Cursor;
-use super::publishing::track_log::TrackFrame;
 use super::publishing::views::{ViewFollower, Views};
 use super::requests::{Next, Request};
 use super::roster::Roster;
@@ -75,7 +77,7 @@ pub struct Engine {
     settings: StreamSettings,
     limits: Limits,
     is_checking: bool,
-    pipeline: Pipeline,
+    pipeline: AnyPipeline,
     clock: Arc<StageClock>,
     input_errors: InputErrors,
     /// For what producers can cause.
@@ -109,20 +111,23 @@ pub struct Engine {
 
 impl Engine {
     /// An engine of a stream that is on the roster.
+    ///
+    /// # Errors
+    /// The dimension that the stream is to have does not suit its metric.
     pub fn new(
         roster: Arc<Roster>,
         memory: Arc<Memory>,
         stream: Arc<Stream>,
         wakes: Receiver<()>,
         settings: EngineSettings,
-    ) -> Self {
+    ) -> Result<Self, SpaceError> {
         let EngineSettings { stream: of_stream, limits, tracking, is_checking, standard } = settings;
         let views = Views::new(Arc::clone(&stream.state), Arc::clone(&memory), &limits, tracking);
         let uncommitted = Uncommitted::new(Arc::clone(&stream.state.accounts.points));
-        let (mut pipeline, clock) = (Pipeline::new(of_stream.options), Arc::new(StageClock::default()));
+        let (mut pipeline, clock) = (AnyPipeline::new(of_stream.options)?, Arc::new(StageClock::default()));
         let of_pipeline = Arc::clone(&clock);
         pipeline.set_stage_listener(move |stage| of_pipeline.begin(stage));
-        Self {
+        Ok(Self {
             pipeline,
             clock,
             input_errors: standard.input_errors,
@@ -150,7 +155,7 @@ impl Engine {
             newest_time: None,
             worked: Duration::ZERO,
             is_over: false,
-        }
+        })
     }
 
     /// Works until nothing more can come, a producer ends the stream, or the output's reader has gone.
@@ -176,7 +181,7 @@ impl Engine {
     fn work(&mut self) -> Result<(), EngineError> {
         let ticks = self.settings.frame_every.map_or_else(never, tick);
         while !self.is_over {
-            let resting = self.serve_requests();
+            let resting = self.serve_requests(true);
             if ticks.try_recv().is_ok() {
                 self.close_by_itself()?;
             }
@@ -222,14 +227,14 @@ impl Engine {
         }
     }
 
-    /// Serves consumers, within the share of time that they have while points wait. Returns when to come back for those
-    /// that have to rest.
-    fn serve_requests(&mut self) -> Option<Instant> {
+    /// Serves consumers, within the share of time that they have while points wait that could be taken. Returns when to
+    /// come back for those that have to rest.
+    fn serve_requests(&mut self, takes_points: bool) -> Option<Instant> {
         if self.stream.takes_relief() {
             self.views.relieve();
         }
         loop {
-            if self.stream.queue.is_empty() {
+            if !takes_points || self.stream.queue.is_empty() {
                 self.share.reset();
             } else if self.share.is_spent() {
                 return None;
@@ -299,11 +304,13 @@ impl Engine {
     }
 
     /// The frame for the output, if there is one.
-    fn output_frame(&mut self, rejected: u64, tracks: Option<Arc<TrackFrame>>) -> Option<OutputFrame> {
+    fn output_frame(&mut self, rejected: u64, tracks: Option<AnyTrackFrame>) -> Option<OutputFrame> {
         let (output, follower) = self.output.as_mut()?;
         let step = follower.poll(&mut self.pipeline)?;
-        let diff = convert::diff(self.stream.state.number, output.view, &step, rejected);
-        Some(OutputFrame { diff, tracks })
+        let (number, shape) = (self.stream.state.number, self.stream.state.shape());
+        let frame = convert::frame_info(output.view, &step, rejected);
+        let diff = convert::diff((number, shape), step.from, frame, &step.diff, step.checksum.0);
+        Some(OutputFrame { stream: number, number: step.number, diff, tracks })
     }
 
     /// Hands a frame to the output. While its reader is behind, no points are taken, but consumers are served.
@@ -311,7 +318,8 @@ impl Engine {
         let Some((output, _)) = &self.output else { return };
         let (is_vital, output) = (output.is_vital, output.clone());
         loop {
-            let resting = self.serve_requests();
+            // No point is taken meanwhile, so no point waits for a consumer.
+            let resting = self.serve_requests(false);
             match output.send(frame, &self.wakes, resting, self.stream.end_by()) {
                 Sent::Taken => return,
                 Sent::NotYet(waiting) => frame = *waiting,

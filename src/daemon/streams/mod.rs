@@ -21,6 +21,7 @@ pub mod error;
 pub mod frame_times;
 pub mod input;
 pub mod output;
+pub mod pipeline;
 pub mod publishing;
 pub mod queue;
 pub mod reply;

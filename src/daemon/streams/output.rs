@@ -6,22 +6,25 @@
 //!
 //! Must not know: how frames are written.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Select, Sender};
 use hopes_protocol as wire;
 
-use super::publishing::track_log::TrackFrame;
+use super::publishing::any_tracks::AnyTrackFrame;
 use crate::daemon::locks::before_waiting;
 
 /// A frame of the output.
 #[derive(Debug)]
 pub struct OutputFrame {
-    /// What has changed in the view.
-    pub diff: wire::Diff,
+    /// The stream's number.
+    pub stream: u32,
+    /// The frame's number.
+    pub number: u64,
+    /// What has changed in the view: a diff of the plane, or of a space.
+    pub diff: wire::Message,
     /// What has happened to tracks, if they are followed.
-    pub tracks: Option<Arc<TrackFrame>>,
+    pub tracks: Option<AnyTrackFrame>,
 }
 
 /// Where a stream's frames go besides its consumers.

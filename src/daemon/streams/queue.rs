@@ -227,7 +227,7 @@ mod tests {
     use crossbeam_channel::{Receiver, bounded};
 
     use super::*;
-    use crate::daemon::streams::input::{Batch, ROOM_OF_AN_ITEM};
+    use crate::daemon::streams::input::{Batch, Positions, ROOM_OF_AN_ITEM};
 
     fn queue(capacity: usize, overload: Overload) -> (Queue, Receiver<()>) {
         let (wake, wakes) = bounded(1);
@@ -235,7 +235,7 @@ mod tests {
     }
 
     fn points(count: usize) -> Item {
-        let batch = Batch { positions: vec![(0.0, 0.0); count], ..Batch::default() };
+        let batch = Batch { positions: Positions::Plane(vec![(0.0, 0.0); count]), ..Batch::default() };
         Item { input: Input::Points(batch), origin: Origin::Stdin }
     }
 

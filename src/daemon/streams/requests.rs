@@ -57,7 +57,7 @@ pub enum Request<C> {
     /// What a cursor wants.
     Cursor(Wishes<C>),
     /// Send the newest frame once, without a cursor.
-    SnapshotOnce(wire::View, Sender<Arc<Charged<wire::Snapshot>>>),
+    SnapshotOnce(wire::View, Sender<Arc<Charged<wire::Message>>>),
     /// Tell that the engine is at work.
     Probe(Sender<()>),
 }
@@ -134,7 +134,7 @@ impl<C: Requester> Requests<C> {
     }
 
     /// Requests the newest frame once. False if too many wait for that, or the engine has ended.
-    pub fn snapshot_once(&self, view: wire::View, answer: Sender<Arc<Charged<wire::Snapshot>>>) -> bool {
+    pub fn snapshot_once(&self, view: wire::View, answer: Sender<Arc<Charged<wire::Message>>>) -> bool {
         let mut state = self.lock();
         if state.is_closed {
             return false;

@@ -160,7 +160,7 @@ impl Stream {
     }
 
     /// The newest frame as a whole, as soon as the engine answers; none if there is none, or if that takes too long.
-    pub fn snapshot_once(&self, view: wire::View, patience: Duration) -> Option<Arc<Charged<wire::Snapshot>>> {
+    pub fn snapshot_once(&self, view: wire::View, patience: Duration) -> Option<Arc<Charged<wire::Message>>> {
         let (answer, snapshot) = bounded(1);
         let is_requested = self.requests.snapshot_once(view, answer);
         before_waiting("a snapshot");

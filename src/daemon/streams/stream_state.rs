@@ -7,13 +7,13 @@
 //! Must not know: the queue, the engine, cursors, connections.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-use hopes::topology::Options;
 use hopes_protocol as wire;
 
-use super::convert;
+use super::convert::{self, Shape};
 use super::frame_times::FrameTimes;
+use super::pipeline::{PipelineOptions, SpaceRule};
 use super::publishing::published::Published;
 use crate::daemon::memory::{Account, Memory};
 
@@ -27,7 +27,9 @@ pub struct StreamState {
     /// Differs between streams of one name.
     pub epoch: u64,
     /// Which points stay.
-    pub options: Options,
+    pub options: PipelineOptions,
+    /// The space of its points, unless that is the plane.
+    pub space: Option<StreamSpace>,
     /// What it publishes beside its views.
     pub published: Published,
     /// What is counted.
@@ -62,9 +64,21 @@ impl Accounts {
 
 impl StreamState {
     /// A stream without frames.
-    pub fn new(number: u32, name: String, epoch: u64, options: Options, accounts: Accounts) -> Self {
-        let (published, stats) = (Published::default(), Stats::default());
-        Self { number, name, epoch, options, published, stats, accounts }
+    pub fn new(number: u32, name: String, epoch: u64, options: PipelineOptions, accounts: Accounts) -> Self {
+        let space = options.space.map(StreamSpace::new);
+        let (published, stats) = (Published::new(shape_of(space.as_ref())), Stats::default());
+        Self { number, name, epoch, options, space, published, stats, accounts }
+    }
+
+    /// Which messages its frames are.
+    pub fn shape(&self) -> Shape {
+        shape_of(self.space.as_ref())
+    }
+
+    /// Its entry in a list of streams in spaces, if it is one.
+    pub fn space_info(&self) -> Option<wire::SpaceInfo> {
+        let space = self.space.as_ref()?;
+        Some(wire::SpaceInfo { stream: self.number, metric: space.metric, dimension: space.dimension() })
     }
 
     /// The first message of a subscription to it.
@@ -104,6 +118,42 @@ impl StreamState {
             vertices: stats.vertices.load(Ordering::Relaxed),
             producers: producers as u32,
             consumers: stats.consumers.load(Ordering::Relaxed) as u32,
+        }
+    }
+}
+
+fn shape_of(space: Option<&StreamSpace>) -> Shape {
+    space.map_or(Shape::Plane, |space| Shape::Space { metric: space.metric, dimension: space.dimension().unwrap_or(0) })
+}
+
+/// The space of a stream's points.
+#[derive(Debug)]
+pub struct StreamSpace {
+    /// The metric.
+    pub metric: wire::Metric,
+    /// The most distinct positions.
+    pub max_vertices: u64,
+    /// The number of coordinates of a point; 0 before the first one.
+    dimension: AtomicU32,
+}
+
+impl StreamSpace {
+    fn new(rule: SpaceRule) -> Self {
+        let dimension = rule.known_dimension().unwrap_or(0) as u32;
+        let (metric, max_vertices) = (convert::wire_metric(rule.metric), rule.max_vertices as u64);
+        Self { metric, max_vertices, dimension: AtomicU32::new(dimension) }
+    }
+
+    /// The number of coordinates of a point, once that is settled.
+    pub fn dimension(&self) -> Option<u32> {
+        Some(self.dimension.load(Ordering::Acquire)).filter(|&dimension| dimension > 0)
+    }
+
+    /// Settles the dimension, unless it is settled. Returns what it is from now on.
+    pub fn settle(&self, dimension: u32) -> u32 {
+        match self.dimension.compare_exchange(0, dimension, Ordering::AcqRel, Ordering::Acquire) {
+            Ok(_) => dimension,
+            Err(settled) => settled,
         }
     }
 }

@@ -138,8 +138,10 @@ fn hint(name: &str, stream: &Stream, life: &Life) -> String {
     if let Some(persistence) = life.sight.persistence() {
         hint += &format!(", persistence {} in frame {}", Short(persistence), life.peak.frame);
     }
-    if let Some([x, y]) = life.sight.center {
-        hint += &format!(" at ({}, {})", Short(x), Short(y));
+    if let Some(center) = &life.sight.center {
+        let shown: Vec<String> = center.iter().take(3).map(|&number| Short(number).to_string()).collect();
+        let more = if center.len() > 3 { ", .." } else { "" };
+        hint += &format!(" at ({}{more})", shown.join(", "));
     }
     hint
 }

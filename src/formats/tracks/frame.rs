@@ -7,10 +7,11 @@
 //! Must not know: other lines, what becomes of the events.
 
 use std::borrow::Cow;
+use std::fmt;
 
 use hopes_protocol::is_name;
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{Error as _, IgnoredAny, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
 use crate::formats::input::Excerpt;
@@ -25,15 +26,15 @@ pub struct Moment {
 }
 
 /// A track as it was in a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Sight {
     /// None: not finite, or not given.
     pub birth: Option<f64>,
     /// None: not finite, or not given.
     pub death: Option<f64>,
-    /// Of the hole.
-    pub center: Option<[f64; 2]>,
-    /// Of the hole.
+    /// Of the hole, or in a space of the cycle; of at least one coordinate. None: not finite, or not given.
+    pub center: Option<Vec<f64>>,
+    /// Of the same.
     pub radius: Option<f64>,
 }
 
@@ -73,7 +74,7 @@ pub enum Change {
 }
 
 /// A track, what happened to it, and how it was then.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Event {
     pub id: u64,
     pub change: Change,
@@ -213,8 +214,44 @@ struct Line<'a> {
     dots: Option<IgnoredAny>,
 }
 
-/// `[id,x,y,radius,birth,death]`
-type Alive = (u64, Option<f64>, Option<f64>, Option<f64>, Option<f64>, Option<f64>);
+/// `[id,x,y,radius,birth,death]`, in a space with other coordinates in the place of x and y.
+struct Alive {
+    id: u64,
+    center: Vec<Option<f64>>,
+    radius: Option<f64>,
+    birth: Option<f64>,
+    death: Option<f64>,
+}
+
+impl<'de> Deserialize<'de> for Alive {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(AliveVisitor)
+    }
+}
+
+struct AliveVisitor;
+
+impl<'de> Visitor<'de> for AliveVisitor {
+    type Value = Alive;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a list of an id, coordinates, radius, birth and death")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Alive, A::Error> {
+        let id = list.next_element()?.ok_or_else(|| A::Error::invalid_length(0, &self))?;
+        let mut center = Vec::new();
+        while let Some(number) = list.next_element::<Option<f64>>()? {
+            center.push(number);
+        }
+        let length = center.len() + 1;
+        let label = center.len().checked_sub(3).filter(|&dimension| dimension > 0).map(|at| center.split_off(at));
+        match label.as_deref() {
+            Some(&[radius, birth, death]) => Ok(Alive { id, center, radius, birth, death }),
+            _ => Err(A::Error::invalid_length(length, &self)),
+        }
+    }
+}
 
 #[derive(Deserialize)]
 struct Track<'a> {
@@ -223,7 +260,7 @@ struct Track<'a> {
     event: Cow<'a, str>,
     birth: Option<f64>,
     death: Option<f64>,
-    center: Option<[Option<f64>; 2]>,
+    center: Option<Vec<Option<f64>>>,
     radius: Option<f64>,
     from: Option<u64>,
     into: Option<u64>,
@@ -241,13 +278,13 @@ impl Track<'_> {
             "died" => Change::Died,
             unknown => return Err(EventFault::Unknown(Excerpt::of(unknown.as_bytes()))),
         };
-        let [x, y] = self.center.unwrap_or_default();
-        Ok(Event { id: self.id, change, sight: sight(x, y, self.radius, self.birth, self.death)? })
+        let center = self.center.unwrap_or_default();
+        Ok(Event { id: self.id, change, sight: sight(center, self.radius, self.birth, self.death)? })
     }
 }
 
-fn seen((id, x, y, radius, birth, death): Alive) -> Result<Event, EventFault> {
-    Ok(Event { id, change: Change::Seen, sight: sight(x, y, radius, birth, death)? })
+fn seen(Alive { id, center, radius, birth, death }: Alive) -> Result<Event, EventFault> {
+    Ok(Event { id, change: Change::Seen, sight: sight(center, radius, birth, death)? })
 }
 
 fn other(event: &'static str, key: &'static str, id: Option<u64>) -> Result<u64, EventFault> {
@@ -255,8 +292,7 @@ fn other(event: &'static str, key: &'static str, id: Option<u64>) -> Result<u64,
 }
 
 fn sight(
-    x: Option<f64>,
-    y: Option<f64>,
+    center: Vec<Option<f64>>,
     radius: Option<f64>,
     birth: Option<f64>,
     death: Option<f64>,
@@ -266,7 +302,8 @@ fn sight(
             return Err(EventFault::Negative { key, value });
         }
     }
-    Ok(Sight { birth, death, center: x.zip(y).map(|(x, y)| [x, y]), radius })
+    let center: Option<Vec<f64>> = center.into_iter().collect();
+    Ok(Sight { birth, death, center: center.filter(|center| !center.is_empty()), radius })
 }
 
 /// The most that a message takes from the parser, which may quote the line.
@@ -304,13 +341,25 @@ mod tests {
         );
         assert_eq!((frame.stream.as_str(), frame.moment), ("cam", Moment { frame: 7, time: Some(0.5) }));
         let split = Sight { birth: Some(0.5), death: Some(2.0), center: None, radius: Some(2.0) };
-        let alive = Sight { birth: Some(0.25), death: None, center: Some([0.5, 1.0]), radius: Some(2.0) };
+        let alive = Sight { birth: Some(0.25), death: None, center: Some(vec![0.5, 1.0]), radius: Some(2.0) };
+        assert_eq!((split.persistence(), alive.persistence()), (Some(1.5), None));
         let events = [
             Event { id: 3, change: Change::Split { from: 1 }, sight: split },
             Event { id: 1, change: Change::Seen, sight: alive },
         ];
         assert_eq!(frame.events, events);
-        assert_eq!((split.persistence(), alive.persistence()), (Some(1.5), None));
+    }
+
+    #[test]
+    fn centres_of_spaces_have_any_number_of_coordinates() {
+        let frame = tracks(
+            r#"{"stream":"cam","frame":7,"tracks":[{"id":3,"event":"born","center":[1,2,3],"radius":2}],
+                "alive":[[1,0.5,1,0.25,null],[2,1,2,3,4,9,0.5,1.5]]}"#,
+        );
+        let centers: Vec<Option<Vec<f64>>> = frame.events.iter().map(|event| event.sight.center.clone()).collect();
+        assert_eq!(centers, [Some(vec![1.0, 2.0, 3.0]), Some(vec![0.5]), Some(vec![1.0, 2.0, 3.0, 4.0])]);
+        let last = &frame.events[2].sight;
+        assert_eq!((last.radius, last.birth, last.death), (Some(9.0), Some(0.5), Some(1.5)));
     }
 
     #[test]

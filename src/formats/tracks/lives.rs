@@ -201,7 +201,9 @@ impl Stream {
         let life = match self.lives.entry(id) {
             Entry::Occupied(_) if begins.is_some() => return Err(Odd::Again { id }),
             Entry::Occupied(entry) => entry.into_mut(),
-            Entry::Vacant(entry) => entry.insert(Life::new(id, moment, begins.unwrap_or(Began::Before), event.sight)),
+            Entry::Vacant(entry) => {
+                entry.insert(Life::new(id, moment, begins.unwrap_or(Began::Before), event.sight.clone()))
+            }
         };
         if life.ended != Ended::Alive {
             return Err(Odd::Ended { id, ended: life.last.frame });
@@ -220,7 +222,7 @@ impl Life {
     fn go_on(&mut self, moment: Moment, event: &Event) {
         self.last = moment;
         if event.sight.persistence() > self.sight.persistence() {
-            (self.peak, self.sight) = (moment, event.sight);
+            (self.peak, self.sight) = (moment, event.sight.clone());
         }
         match event.change {
             Change::Unselected => self.hidden.begin(moment),
@@ -280,7 +282,7 @@ mod tests {
     }
 
     fn event(id: u64, change: Change, death: f64) -> Event {
-        let sight = Sight { birth: Some(0.0), death: Some(death), center: Some([death, 0.0]), radius: Some(death) };
+        let sight = Sight { birth: Some(0.0), death: Some(death), center: Some(vec![death, 0.0]), radius: Some(death) };
         Event { id, change, sight }
     }
 
@@ -305,7 +307,7 @@ mod tests {
         assert_eq!(told, []);
         let [one, two] = [1, 2].map(|id| &stream.lives[&id]);
         assert_eq!((one.began, one.ended, one.from, stream.to(one)), (Began::Born, Ended::Alive, moment(1), moment(9)));
-        assert_eq!((one.peak, one.sight.center), (moment(3), Some([5.0, 0.0])));
+        assert_eq!((one.peak, one.sight.center.clone()), (moment(3), Some(vec![5.0, 0.0])));
         assert_eq!((two.began, two.ended), (Began::Split { from: 1 }, Ended::Merged { into: 1 }));
         assert_eq!((two.from, stream.to(two), two.peak), (moment(3), moment(8), moment(3)));
         assert_eq!((stream.first, stream.last, stream.frames), (moment(1), moment(9), 4));

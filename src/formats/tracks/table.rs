@@ -54,14 +54,10 @@ fn write_table(lives: &Lives, out: &mut impl Write) -> io::Result<()> {
     if has_times {
         columns.extend([numbers("from time"), numbers("to time")]);
     }
-    columns.extend([
-        words("began"),
-        words("ended"),
-        numbers("persistence"),
-        numbers("x"),
-        numbers("y"),
-        numbers("radius"),
-    ]);
+    columns.extend([words("began"), words("ended"), numbers("persistence")]);
+    let axes = axes(lives);
+    columns.extend(axes.iter().copied().map(numbers));
+    columns.push(numbers("radius"));
     let rows = lives.all().map(|(name, stream, life)| {
         let mut row: Vec<String> = Vec::with_capacity(columns.len());
         if has_streams {
@@ -73,8 +69,9 @@ fn write_table(lives: &Lives, out: &mut impl Write) -> io::Result<()> {
             row.extend([from, to].map(|moment| moment.time.map_or(UNKNOWN.to_owned(), time)));
         }
         row.extend([began(life.began), ended(life.ended)]);
-        let [x, y] = coordinates(life);
-        row.extend([life.sight.persistence(), x, y, life.sight.radius].map(short));
+        row.push(short(life.sight.persistence()));
+        row.extend(coordinates(life, axes).map(short));
+        row.push(short(life.sight.radius));
         row
     });
     aligned::write(out, &columns, rows)
@@ -112,26 +109,34 @@ fn ended(ended: Ended) -> String {
     }
 }
 
-fn coordinates(life: &Life) -> [Option<f64>; 2] {
-    life.sight.center.map_or([None; 2], |center| center.map(Some))
+/// The axes that columns have: of centres with more coordinates than z, the first three.
+fn axes(lives: &Lives) -> &'static [&'static str] {
+    const AXES: [&str; 3] = ["x", "y", "z"];
+    let has_third = |life: &Life| life.sight.center.as_ref().is_some_and(|center| center.len() > 2);
+    if lives.all().any(|(_, _, life)| has_third(life)) { &AXES } else { &AXES[..2] }
+}
+
+fn coordinates(life: &Life, axes: &'static [&'static str]) -> impl Iterator<Item = Option<f64>> {
+    (0..axes.len()).map(|axis| life.sight.center.as_ref()?.get(axis).copied())
 }
 
 // ---- CSV
 
 const HEADER: &str = "stream,id,from_frame,to_frame,from_time,to_time,began,split_from,ended,merged_into,\
-                      peak_frame,peak_time,persistence,birth,death,x,y,radius";
+                      peak_frame,peak_time,persistence,birth,death";
 
 fn write_csv(lives: &Lives, out: &mut impl Write) -> io::Result<()> {
-    writeln!(out, "{HEADER}")?;
+    let axes = axes(lives);
+    writeln!(out, "{HEADER},{},radius", axes.join(","))?;
     for (name, stream, life) in lives.all() {
-        let (from, to, sight) = (life.from, stream.to(life), life.sight);
+        let (from, to, sight) = (life.from, stream.to(life), &life.sight);
         let (begin, end) = (Begin::of(life.began), End::of(life.ended));
         write!(out, "{},{},{},{},", quoted(name), life.id, from.frame, to.frame)?;
         write!(out, "{},{},", cell(from.time), cell(to.time))?;
         write!(out, "{},{},{},{},", begin.began, cell(begin.split_from), end.ended, cell(end.merged_into))?;
-        let [x, y] = coordinates(life);
         write!(out, "{},{},", life.peak.frame, cell(life.peak.time))?;
-        let numbers = [sight.persistence(), sight.birth, sight.death, x, y, sight.radius].map(cell);
+        let label = [sight.persistence(), sight.birth, sight.death].into_iter();
+        let numbers: Vec<String> = label.chain(coordinates(life, axes)).chain([sight.radius]).map(cell).collect();
         writeln!(out, "{}", numbers.join(","))?;
     }
     Ok(())
@@ -193,18 +198,18 @@ struct TrackLine<'a> {
     begin: Begin,
     #[serde(flatten)]
     end: End,
-    peak: PeakLine,
+    peak: PeakLine<'a>,
 }
 
 impl<'a> TrackLine<'a> {
-    fn new(name: &'a str, stream: &Stream, life: &Life) -> Self {
-        let sight = life.sight;
+    fn new(name: &'a str, stream: &Stream, life: &'a Life) -> Self {
+        let sight = &life.sight;
         let peak = PeakLine {
             at: life.peak.into(),
             persistence: sight.persistence(),
             birth: sight.birth,
             death: sight.death,
-            center: sight.center,
+            center: sight.center.as_deref(),
             radius: sight.radius,
         };
         let (from, to) = (life.from.into(), stream.to(life).into());
@@ -257,12 +262,12 @@ impl End {
 }
 
 #[derive(Serialize)]
-struct PeakLine {
+struct PeakLine<'a> {
     #[serde(flatten)]
     at: MomentLine,
     persistence: Option<f64>,
     birth: Option<f64>,
     death: Option<f64>,
-    center: Option<[f64; 2]>,
+    center: Option<&'a [f64]>,
     radius: Option<f64>,
 }

@@ -7,11 +7,13 @@
 //! Must not know: what the numbers mean.
 
 mod exact;
+mod limits;
 mod parallel;
 mod sorting;
 mod sum;
 
 pub use exact::Exact;
+pub use limits::{MAX_DIMENSION, MAX_MAGNITUDE};
 #[cfg(test)]
 pub use parallel::on_threads;
 pub use parallel::{at_once, both, for_each, in_parts, thread_count, with_workers};

@@ -8,6 +8,7 @@
 
 use super::clocks::{Confirmation, Now, Run, Verdict};
 use super::refusal::Refusal;
+use super::site::Site;
 use super::staging::{Staged, StagedPoint, Staging};
 use super::store::Cloud;
 use super::window::Window;
@@ -49,7 +50,7 @@ struct Dating {
     is_beyond: bool,
 }
 
-impl Cloud {
+impl<S: Site> Cloud<S> {
     /// The newest event time that is believed.
     pub fn event_time(&self) -> Option<f64> {
         self.newest_time
@@ -59,7 +60,7 @@ impl Cloud {
     /// its place in what was staged.
     pub fn admit(
         &mut self,
-        staging: &mut Staging,
+        staging: &mut Staging<S>,
         time: Option<f64>,
         refused: &mut dyn FnMut(usize, Refusal),
     ) -> Admission {
@@ -70,14 +71,14 @@ impl Cloud {
             _ => (Dating::by_frame(self.frame), Admission { time, ..Admission::default() }),
         };
         admission.time_refused = admission.time_refused.or(not_finite);
+        self.coming = admission.time;
         for (place, staged) in staging.take().into_iter().enumerate() {
             self.reach(&mut dating, place);
             let admitted = match staged {
                 Staged::Point(point) => self.admit_point(&point, &dating),
-                Staged::Retraction(position) => self.retract_at(position).map(drop).ok_or_else(|| {
-                    let [x, y] = position.xy();
-                    Refusal::NotThere { x, y }
-                }),
+                Staged::Retraction(position) => {
+                    self.retract_at(&position).map(drop).ok_or_else(|| position.not_there())
+                }
             };
             if let Err(refusal) = admitted {
                 admission.refused += 1;
@@ -85,6 +86,7 @@ impl Cloud {
             }
         }
         self.reach(&mut dating, usize::MAX);
+        self.coming = None;
         let newest = [self.newest_time, admission.time, dating.jump.map(|run| run.newest)];
         self.newest_time = newest.into_iter().flatten().reduce(f64::max);
         self.expire();
@@ -101,7 +103,7 @@ impl Cloud {
     }
 
     /// Decides what becomes of the times of a commit.
-    fn judge(&mut self, staging: &mut Staging, time: Option<f64>) -> (Dating, Admission) {
+    fn judge(&mut self, staging: &mut Staging<S>, time: Option<f64>) -> (Dating, Admission) {
         let now = self.now();
         if let Some(time) = time {
             let points = staging.undated.max(1);
@@ -141,8 +143,9 @@ impl Cloud {
         }
     }
 
-    fn admit_point(&mut self, point: &StagedPoint, dating: &Dating) -> Result<(), Refusal> {
-        match self.date(point, dating) {
+    fn admit_point(&mut self, point: &StagedPoint<S>, dating: &Dating) -> Result<(), Refusal> {
+        let key = self.date(point, dating);
+        match key.and_then(|key| self.make_room(&point.place.position).map(|()| key)) {
             Ok(key) => {
                 let slot = self.take_awaited(&point.place)?;
                 self.arrive(slot, key);
@@ -156,7 +159,7 @@ impl Cloud {
     }
 
     /// The key of a point in the window.
-    fn date(&mut self, point: &StagedPoint, dating: &Dating) -> Result<f64, Refusal> {
+    fn date(&mut self, point: &StagedPoint<S>, dating: &Dating) -> Result<f64, Refusal> {
         if !matches!(self.window, Window::Time(_)) {
             return dating.date;
         }

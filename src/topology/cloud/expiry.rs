@@ -6,11 +6,12 @@
 //! Must not know: how vertices are found by position.
 
 use super::refusal::Refusal;
+use super::site::Site;
 use super::staging::Staging;
 use super::store::Cloud;
 use super::window::{Arrival, Window};
 
-impl Cloud {
+impl<S: Site> Cloud<S> {
     /// Moves event time forward without a point.
     ///
     /// # Errors [`Refusal::TimeNotFinite`].
@@ -36,7 +37,7 @@ impl Cloud {
     }
 
     /// Whether a point may wait with this time.
-    pub(super) fn check_time(&self, staging: &mut Staging, time: Option<f64>) -> Result<(), Refusal> {
+    pub(super) fn check_time(&self, staging: &mut Staging<S>, time: Option<f64>) -> Result<(), Refusal> {
         let Some(time) = time else { return Ok(()) };
         if !time.is_finite() {
             return Err(Refusal::TimeNotFinite(time));

@@ -4,8 +4,11 @@
 //! Out: [`Refusal`], whose text is written for the producer of the point.
 //! Invariant: a refused point changes nothing.
 
+use std::fmt;
+
 use thiserror::Error;
 
+use super::point_error::PointError;
 use super::position::CoordinateError;
 use crate::topology::base::Exact;
 
@@ -18,6 +21,9 @@ pub enum Refusal {
     /// The position is outside the limits of exact arithmetic.
     #[error(transparent)]
     Coordinate(#[from] CoordinateError),
+    /// It is no point of the stream's space.
+    #[error(transparent)]
+    Point(#[from] PointError),
     /// A time window needs an event time.
     #[error(
         "the point has no event time, nor has the commit of its frame, and none is known yet: \
@@ -69,7 +75,44 @@ pub enum Refusal {
         /// Second coordinate.
         y: f64,
     },
+    /// No point of R^d is there to retract.
+    #[error("there is no point at {0} to retract")]
+    Absent(FirstCoordinates),
+    /// As many distinct positions as the stream may have.
+    #[error(
+        "the stream has {0} distinct points, as many as it may: use a window or a resolution that keeps fewer, \
+        or raise max-vertices"
+    )]
+    TooMany(usize),
     /// The cloud holds 2^32 - 2 vertices.
     #[error("the cloud is full ({0} distinct positions): use a window or a resolution")]
     Full(usize),
+}
+
+/// The first coordinates of a point, enough to recognise it by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstCoordinates {
+    first: [f64; 3],
+    dimension: usize,
+}
+
+impl From<&[f64]> for FirstCoordinates {
+    fn from(coordinates: &[f64]) -> Self {
+        let mut first = [0.0; 3];
+        first.iter_mut().zip(coordinates).for_each(|(first, value)| *first = *value);
+        Self { first, dimension: coordinates.len() }
+    }
+}
+
+impl fmt::Display for FirstCoordinates {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let shown = self.dimension.min(self.first.len());
+        for (place, &value) in self.first[..shown].iter().enumerate() {
+            write!(f, "{}{}", if place == 0 { "(" } else { ", " }, Exact(value))?;
+        }
+        match self.dimension - shown {
+            0 => f.write_str(")"),
+            more => write!(f, " and {more} more)"),
+        }
+    }
 }

@@ -3,7 +3,7 @@
 //! In: points one by one (to insert or to retract), event times, commits.
 //! Out: the vertices as of the last commit. On request, a [`CloudChange`] that sums up all commits since the change
 //! before.
-//! Invariants: equal positions share one vertex, which lives until its last point leaves. Vertices appear and vanish at
+//! Invariants: equal sites share one vertex, which lives until its last point leaves. Vertices appear and vanish at
 //! commits only: a position that is left and taken again between two commits keeps its vertex. Ids rise in order of
 //! first appearance and are never reused. A slot is reused only after the change that follows the one which emptied it.
 //! Must not know: triangulations, the contents of frames.
@@ -16,12 +16,13 @@ use hashbrown::hash_table::Entry;
 use super::clocks::Clocks;
 use super::position::Position;
 use super::refusal::Refusal;
+use super::site::Site;
 use super::vertex::{Awaiting, CloudChange, Slot, Vertex, VertexId};
 use super::window::{Queue, Window};
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    pub(super) vertex: Vertex,
+pub(super) struct Place<S> {
+    pub(super) vertex: Vertex<S>,
     /// The number of points at this position.
     points: u64,
     /// Points that wait at this position for their commits.
@@ -43,12 +44,12 @@ enum PlaceState {
     Free,
 }
 
-/// The points of a stream, as distinct positions.
+/// The points of a stream, as distinct positions; outside of the plane as other distinct [`Site`]s.
 #[derive(Clone, Debug)]
-pub struct Cloud {
+pub struct Cloud<S = Position> {
     pub(super) window: Window,
     resolution: Option<f64>,
-    pub(super) places: Vec<Place>,
+    pub(super) places: Vec<Place<S>>,
     free: Vec<Slot>,
     by_position: HashTable<Slot>,
     pub(super) queue: Queue,
@@ -65,11 +66,17 @@ pub struct Cloud {
     order: Option<Vec<(VertexId, Slot)>>,
     /// Vertices in use, including those that are not committed yet.
     used: usize,
+    /// Vertices with points.
+    pub(super) occupied: usize,
+    /// The most vertices with points that there may be.
+    pub(super) most: usize,
     /// Vertices as of the last commit.
     committed: usize,
     pub(super) points: u64,
     next_id: u64,
     pub(super) newest_time: Option<f64>,
+    /// The time of the commit whose points come right now.
+    pub(super) coming: Option<f64>,
     /// In a time window: what was believed before it last started anew.
     pub(super) before: Option<f64>,
     /// Of the sources of a time window.
@@ -77,8 +84,8 @@ pub struct Cloud {
     pub(super) frame: u64,
 }
 
-impl Cloud {
-    /// An empty cloud; `resolution` snaps positions to a grid of that step.
+impl<S: Site> Cloud<S> {
+    /// An empty cloud; `resolution` snaps coordinates to a grid of that step.
     pub fn new(window: Window, resolution: Option<f64>) -> Self {
         Self {
             window,
@@ -93,10 +100,13 @@ impl Cloud {
             emptied: Vec::new(),
             order: None,
             used: 0,
+            occupied: 0,
+            most: usize::MAX,
             committed: 0,
             points: 0,
             next_id: 0,
             newest_time: None,
+            coming: None,
             before: None,
             clocks: Clocks::new(if let Window::Time(length) = window { length } else { 0.0 }),
             frame: 1,
@@ -108,15 +118,16 @@ impl Cloud {
         self.places.reserve(points.saturating_sub(self.free.len()));
         self.touched.reserve(points);
         let places = &self.places;
-        self.by_position.reserve(points, |&slot| hash(places[slot as usize].vertex.position));
+        self.by_position.reserve(points, |&slot| places[slot as usize].vertex.position.digest());
     }
 
     /// Adds a point; `time` is its event time. In a time window, a point without one gets the newest time known.
     ///
     /// # Errors [`Refusal`]; the cloud is then unchanged.
-    pub fn insert(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<Slot, Refusal> {
-        let position = self.place_of(x, y)?;
+    pub fn insert_site(&mut self, site: S, time: Option<f64>) -> Result<Slot, Refusal> {
+        let position = self.place_of(site)?;
         let key = self.key(time)?;
+        self.make_room(&position)?;
         let slot = self.occupy(position, |place| place.points += 1)?;
         self.arrive(slot, key);
         Ok(slot)
@@ -134,15 +145,16 @@ impl Cloud {
         self.expire();
     }
 
-    /// Retracts the oldest point at a position.
+    /// Retracts the oldest point at a site.
     ///
     /// # Errors [`Refusal`]; the cloud is then unchanged.
-    pub fn retract(&mut self, x: f64, y: f64) -> Result<Slot, Refusal> {
-        self.retract_at(self.place_of(x, y)?).ok_or(Refusal::NotThere { x, y })
+    pub fn retract_site(&mut self, site: S) -> Result<Slot, Refusal> {
+        let not_there = site.not_there();
+        self.retract_at(&self.place_of(site)?).ok_or(not_there)
     }
 
     /// Retracts the oldest point at a position, if there is one.
-    pub(super) fn retract_at(&mut self, position: Position) -> Option<Slot> {
+    pub(super) fn retract_at(&mut self, position: &S) -> Option<Slot> {
         let slot = self.find(position)?;
         self.places[slot as usize].retracted += u32::from(self.window != Window::All);
         self.leave(slot);
@@ -193,7 +205,7 @@ impl Cloud {
 
     /// What all commits changed since the last change was taken.
     pub fn take_change(&mut self) -> CloudChange {
-        let by_id = |places: &[Place], slots: &mut Vec<Slot>| {
+        let by_id = |places: &[Place<S>], slots: &mut Vec<Slot>| {
             slots.sort_unstable_by_key(|&slot| (places[slot as usize].vertex.id, slot));
             slots.dedup();
         };
@@ -213,33 +225,32 @@ impl Cloud {
     fn vacate(&mut self, slot: Slot) {
         let place = &mut self.places[slot as usize];
         place.state = PlaceState::Free;
-        let position = place.vertex.position;
-        if let Ok(entry) = self.by_position.find_entry(hash(position), |&other| other == slot) {
+        if let Ok(entry) = self.by_position.find_entry(place.vertex.position.digest(), |&other| other == slot) {
             entry.remove();
         }
         self.used -= 1;
     }
 
     /// The vertices as of the last commit, by id.
-    pub fn vertices(&self) -> impl Iterator<Item = (Slot, Vertex)> + '_ {
+    pub fn vertices(&self) -> impl Iterator<Item = (Slot, Vertex<S>)> + '_ {
         let listed = self.order.as_deref();
         (0..listed.map_or(self.places.len(), <[_]>::len)).filter_map(move |place| {
             let (id, slot) = listed.map_or_else(|| (self.places[place].vertex.id, place as Slot), |order| order[place]);
             let place = &self.places[slot as usize];
             (place.vertex.id == id && matches!(place.state, PlaceState::Unreported | PlaceState::Reported))
-                .then_some((slot, place.vertex))
+                .then(|| (slot, place.vertex.clone()))
         })
     }
 
-    /// The position of the vertex in a slot; of the last one, if it is gone.
+    /// Where the vertex in a slot is; the last one, if it is gone.
     #[inline]
-    pub fn position(&self, slot: Slot) -> Position {
-        self.places[slot as usize].vertex.position
+    pub fn site(&self, slot: Slot) -> &S {
+        &self.places[slot as usize].vertex.position
     }
 
     /// The vertex in a slot; the last one, if it is gone.
-    pub fn vertex(&self, slot: Slot) -> Vertex {
-        self.places[slot as usize].vertex
+    pub fn vertex(&self, slot: Slot) -> Vertex<S> {
+        self.places[slot as usize].vertex.clone()
     }
 
     /// The id of the vertex in a slot; of the last one, if it is gone.
@@ -271,7 +282,8 @@ impl Cloud {
     pub fn bytes(&self) -> usize {
         let lists = [&self.touched, &self.unreported, &self.vanished, &self.emptied, &self.free];
         // The table is full to seven eighths at the most, and has a byte beside each slot.
-        self.places.len() * size_of::<Place>()
+        let coordinates = self.places.first().map_or(0, |place| place.vertex.position.heap_size());
+        self.places.len() * (size_of::<Place<S>>() + coordinates)
             + self.by_position.capacity() * 8 / 7 * (size_of::<Slot>() + 1)
             + lists.map(Vec::capacity).iter().sum::<usize>() * size_of::<Slot>()
             + self.order.as_ref().map_or(0, Vec::len) * size_of::<(VertexId, Slot)>()
@@ -279,26 +291,26 @@ impl Cloud {
             + self.clocks.bytes()
     }
 
-    pub(super) fn place_of(&self, x: f64, y: f64) -> Result<Position, Refusal> {
-        let position = Position::new(x, y)?;
-        Ok(match self.resolution {
-            Some(step) => position.snapped(step)?,
-            None => position,
-        })
+    /// The site that a point at a site is counted at.
+    pub fn place_of(&self, site: S) -> Result<S, Refusal> {
+        match self.resolution {
+            Some(step) => site.on_grid(step),
+            None => Ok(site),
+        }
     }
 
-    fn find(&self, position: Position) -> Option<Slot> {
+    fn find(&self, position: &S) -> Option<Slot> {
         let slot = self.slot_at(position)?;
         (self.places[slot as usize].points > 0).then_some(slot)
     }
 
     /// Counts a point at `position`, with a new vertex if there is none.
-    fn occupy(&mut self, position: Position, count: impl Fn(&mut Place)) -> Result<Slot, Refusal> {
+    fn occupy(&mut self, position: S, count: impl Fn(&mut Place<S>)) -> Result<Slot, Refusal> {
         let places = &mut self.places;
         let entry = self.by_position.entry(
-            hash(position),
+            position.digest(),
             |&slot| places[slot as usize].vertex.position == position,
-            |&slot| hash(places[slot as usize].vertex.position),
+            |&slot| places[slot as usize].vertex.position.digest(),
         );
         let vacant = match entry {
             Entry::Occupied(entry) => {
@@ -306,6 +318,7 @@ impl Cloud {
                 let place = &mut places[slot as usize];
                 let was_empty = place.points == 0;
                 count(place);
+                self.occupied += usize::from(was_empty && place.points > 0);
                 if was_empty && place.state == PlaceState::New {
                     // A commit may have passed it by, while its point was awaited.
                     self.touched.push(slot);
@@ -321,6 +334,7 @@ impl Cloud {
         let vertex = Vertex { id, position };
         let mut place = Place { vertex, points: 0, awaited: 0, retracted: 0, state: PlaceState::New };
         count(&mut place);
+        self.occupied += usize::from(place.points > 0);
         let slot = match self.free.pop() {
             Some(slot) => {
                 self.order.get_or_insert_with(|| in_slot_order(places));
@@ -355,22 +369,23 @@ impl Cloud {
     }
 
     /// Has a vertex at `position` wait for a point.
-    pub(super) fn await_point(&mut self, position: Position) -> Result<Awaiting, Refusal> {
+    pub(super) fn await_point(&mut self, position: S) -> Result<Awaiting<S>, Refusal> {
         let slot = self.occupy(position, |place| place.awaited += 1)?;
-        Ok(Awaiting { position, slot, vertex: self.id(slot) })
+        let Vertex { id, position } = self.vertex(slot);
+        Ok(Awaiting { position, slot, vertex: id })
     }
 
     /// The awaited point has come: to its vertex, or to another one if that has vanished.
-    pub(super) fn take_awaited(&mut self, awaiting: &Awaiting) -> Result<Slot, Refusal> {
+    pub(super) fn take_awaited(&mut self, awaiting: &Awaiting<S>) -> Result<Slot, Refusal> {
         let awaited = u32::from(self.is_awaited(awaiting));
-        self.occupy(awaiting.position, |place| {
+        self.occupy(awaiting.position.clone(), |place| {
             place.points += 1;
             place.awaited -= awaited;
         })
     }
 
     /// The awaited point does not come.
-    pub(super) fn give_up(&mut self, awaiting: &Awaiting) {
+    pub(super) fn give_up(&mut self, awaiting: &Awaiting<S>) {
         if self.is_awaited(awaiting) {
             self.places[awaiting.slot as usize].awaited -= 1;
             self.free_if_unused(awaiting.slot);
@@ -378,18 +393,18 @@ impl Cloud {
     }
 
     /// Whether the vertex that waits for a point is there.
-    fn is_awaited(&self, awaiting: &Awaiting) -> bool {
+    fn is_awaited(&self, awaiting: &Awaiting<S>) -> bool {
         let place = &self.places[awaiting.slot as usize];
         place.vertex.id == awaiting.vertex && place.state != PlaceState::Free
     }
 
     /// The slot of a position, if points are there or awaited.
-    fn slot_at(&self, position: Position) -> Option<Slot> {
-        self.by_position.find(hash(position), |&slot| self.position(slot) == position).copied()
+    fn slot_at(&self, position: &S) -> Option<Slot> {
+        self.by_position.find(position.digest(), |&slot| self.site(slot) == position).copied()
     }
 
     /// Points at a position.
-    pub(super) fn points_at(&self, position: Position) -> u64 {
+    pub(super) fn points_at(&self, position: &S) -> u64 {
         self.slot_at(position).map_or(0, |slot| self.places[slot as usize].points)
     }
 
@@ -401,6 +416,7 @@ impl Cloud {
         if place.points > 0 {
             return;
         }
+        self.occupied -= 1;
         if place.state == PlaceState::New {
             self.free_if_unused(slot);
         } else {
@@ -423,11 +439,11 @@ impl Cloud {
     pub(crate) fn returned(&self, change: &CloudChange) -> BTreeMap<Slot, Slot> {
         let mut left = HashTable::with_capacity(change.vanished.len());
         for &slot in &change.vanished {
-            left.insert_unique(hash(self.position(slot)), slot, |&slot| hash(self.position(slot)));
+            left.insert_unique(self.site(slot).digest(), slot, |&slot| self.site(slot).digest());
         }
         let same = |&slot: &Slot| {
-            let position = self.position(slot);
-            let old = left.find(hash(position), |&old| self.position(old) == position)?;
+            let site = self.site(slot);
+            let old = left.find(site.digest(), |&old| self.site(old) == site)?;
             Some((slot, *old))
         };
         change.appeared.iter().filter_map(same).collect()
@@ -440,6 +456,7 @@ impl Cloud {
         assert_eq!(used().count(), self.used);
         assert_eq!(self.by_position.len(), self.used);
         assert_eq!(self.vertices().count(), self.committed);
+        assert_eq!(used().filter(|place| place.points > 0).count(), self.occupied);
         assert_eq!(used().map(|place| place.points).sum::<u64>(), self.points);
         let order = self.order.clone().unwrap_or_else(|| in_slot_order(&self.places));
         assert!(order.is_sorted_by_key(|&(id, _)| id));
@@ -450,7 +467,7 @@ impl Cloud {
     }
 }
 
-fn in_slot_order(places: &[Place]) -> Vec<(VertexId, Slot)> {
+fn in_slot_order<S>(places: &[Place<S>]) -> Vec<(VertexId, Slot)> {
     places.iter().zip(0..).map(|(place, slot)| (place.vertex.id, slot)).collect()
 }
 
@@ -460,13 +477,4 @@ fn sweep(slots: &mut Vec<Slot>, places: usize) {
         slots.sort_unstable();
         slots.dedup();
     }
-}
-
-/// Mixes both coordinates. Positions of a grid differ in few bits, so all bits must count.
-#[inline]
-fn hash(position: Position) -> u64 {
-    let [x, y] = position.xy().map(f64::to_bits);
-    let mixed = x.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ y.rotate_left(32).wrapping_mul(0xD6E8_FEB8_6659_FD93);
-    let mixed = (mixed ^ (mixed >> 32)).wrapping_mul(0xFF51_AFD7_ED55_8CCD);
-    mixed ^ (mixed >> 29)
 }

@@ -1,4 +1,4 @@
-//! Vertices: the distinct positions of a cloud.
+//! Vertices: the distinct sites of a cloud.
 //!
 //! In: nothing.
 //! Out: the types that name a vertex, and the change of a cloud.
@@ -13,20 +13,20 @@ pub struct VertexId(pub u64);
 /// The index under which the cloud stores a vertex; reused after the vertex is gone.
 pub type Slot = u32;
 
-/// A distinct position of the cloud.
+/// A distinct position of the cloud; outside of the plane another [`Site`](super::Site).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vertex {
+pub struct Vertex<S = Position> {
     /// Its id.
     pub id: VertexId,
     /// Its position.
-    pub position: Position,
+    pub position: S,
 }
 
 /// A vertex that waits for a point. It may vanish meanwhile.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Awaiting {
+pub(super) struct Awaiting<S> {
     /// Where it is.
-    pub position: Position,
+    pub position: S,
     /// Its slot.
     pub slot: Slot,
     /// Its id.

@@ -9,6 +9,7 @@
 use std::cmp::Ordering;
 use std::fmt;
 
+use super::site::Site;
 use super::vertex::{Vertex, VertexId};
 
 /// Vertices with their coordinates.
@@ -75,6 +76,11 @@ impl Vertices {
     pub fn coordinates(&self, place: u32) -> &[f64] {
         let first = place as usize * self.dimension;
         &self.coordinates[first..first + self.dimension]
+    }
+
+    /// The coordinates of all vertices, one after the other.
+    pub fn all_coordinates(&self) -> &[f64] {
+        &self.coordinates
     }
 
     /// The first two coordinates of the vertex at a place: its position in the plane. A coordinate that the space does
@@ -148,12 +154,13 @@ impl<'a> FromIterator<(VertexId, &'a [f64])> for Vertices {
     }
 }
 
-/// Vertices of the plane.
-impl FromIterator<Vertex> for Vertices {
-    fn from_iter<I: IntoIterator<Item = Vertex>>(vertices: I) -> Self {
-        let vertices = vertices.into_iter();
-        let mut list = Self::with_capacity(2, vertices.size_hint().0);
-        vertices.for_each(|vertex| list.push(vertex.id, &vertex.position.xy()));
+/// Vertices of a cloud.
+impl<S: Site> FromIterator<Vertex<S>> for Vertices {
+    fn from_iter<I: IntoIterator<Item = Vertex<S>>>(vertices: I) -> Self {
+        let mut vertices = vertices.into_iter().peekable();
+        let dimension = vertices.peek().map_or(0, |vertex| vertex.position.coordinates().as_ref().len());
+        let mut list = Self::with_capacity(dimension, vertices.size_hint().0);
+        vertices.for_each(|vertex| list.push(vertex.id, vertex.position.coordinates().as_ref()));
         list
     }
 }

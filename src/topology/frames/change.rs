@@ -37,6 +37,17 @@ pub struct DotChange {
 }
 
 impl Change {
+    /// The change from one whole skeleton to another, in which a vertex that stays has the same coordinates.
+    pub fn between(from: u64, old: &Skeleton, new: &Skeleton) -> Self {
+        let only_in = |one: &Skeleton, other: &Skeleton| {
+            let is_there = |id| other.vertices().ids().binary_search(&id).is_ok();
+            one.vertices().iter().filter(|&(id, _)| !is_there(id)).collect()
+        };
+        let vertices =
+            Self { from, vertices_added: only_in(new, old), vertices_removed: only_in(old, new), ..Self::default() };
+        vertices.with_trees(&Tree::Whole(old), &Tree::Whole(new))
+    }
+
     /// A change of vertices only, in the plane.
     pub fn of_cloud(from: u64, cloud: &Cloud, change: &CloudChange) -> Self {
         // A slot that was emptied in this change still has its last vertex.

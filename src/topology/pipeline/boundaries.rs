@@ -24,8 +24,8 @@ impl Pipeline {
     /// the boundary touches itself. Takes linear time once, then time in proportion to the holes. Dots of another frame
     /// have no walks.
     pub fn hole_boundaries(&self, dots: &[Dot]) -> Vec<Vec<Vec<u32>>> {
-        let is_newest = |frame: &&Arc<Frame>| frame.number == self.reached && self.reached == self.committed;
-        let Some(frame) = self.newest.as_ref().filter(is_newest) else {
+        let is_newest = |frame: &&Arc<Frame>| frame.number == self.progress.reached && self.progress.is_reached();
+        let Some(frame) = self.progress.given().filter(is_newest) else {
             return vec![Vec::new(); dots.len()];
         };
         let slots: HashMap<VertexId, Slot> = self.cloud.vertices().map(|(slot, vertex)| (vertex.id, slot)).collect();

@@ -7,7 +7,7 @@
 
 use super::holes::hole;
 use super::tiled;
-use crate::topology::cloud::{Cloud, Slot, Vertices};
+use crate::topology::cloud::{Cloud, Position, Site, Slot, Vertices};
 use crate::topology::frames::{Diagram, HeldSkeleton, NamedDot};
 use crate::topology::plane::elements::TileDot;
 use crate::topology::plane::tiles::Tiles;
@@ -15,11 +15,29 @@ use crate::topology::skeleton::{Critical, Dot, Killer, Selection, Skeleton, Tree
 use crate::topology::tracks::{Detection, DetectionSource, in_order};
 
 /// A whole skeleton.
-pub struct WholeSkeleton<'a> {
+pub struct WholeSkeleton<'a, S: Site = Position> {
     /// The cloud as of the skeleton's frame.
-    pub cloud: &'a Cloud,
+    pub cloud: &'a Cloud<S>,
     /// The skeleton.
     pub skeleton: &'a Skeleton,
+}
+
+impl<S: Site> WholeSkeleton<'_, S> {
+    /// The most persistent dots down to a persistence: at most `most`, and all that are as persistent as the last of
+    /// these.
+    pub fn first_dots(&self, most: usize, least: f64) -> Vec<&Dot> {
+        let mut dots: Vec<&Dot> =
+            self.skeleton.unsorted_dots().iter().filter(|dot| dot.persistence() >= least).collect();
+        if most == 0 {
+            dots.clear();
+        } else if most < dots.len() {
+            let by_persistence = |a: &&Dot, b: &&Dot| b.persistence().total_cmp(&a.persistence());
+            let (_, last, _) = dots.select_nth_unstable_by(most - 1, by_persistence);
+            let least = last.persistence();
+            dots.retain(|dot| dot.persistence() >= least);
+        }
+        dots
+    }
 }
 
 impl WholeSkeleton<'_> {
@@ -38,7 +56,7 @@ impl WholeSkeleton<'_> {
     }
 }
 
-impl HeldSkeleton for WholeSkeleton<'_> {
+impl<S: Site> HeldSkeleton for WholeSkeleton<'_, S> {
     fn vertex_count(&self) -> usize {
         self.skeleton.vertex_count()
     }
@@ -61,16 +79,10 @@ impl HeldSkeleton for WholeSkeleton<'_> {
 }
 
 impl DetectionSource for WholeSkeleton<'_> {
+    type Detection = Detection;
+
     fn detections(&mut self, most: usize, least: f64) -> Vec<Detection> {
-        let mut dots: Vec<&Dot> =
-            self.skeleton.unsorted_dots().iter().filter(|dot| dot.persistence() >= least).collect();
-        if (1..dots.len()).contains(&most) {
-            let by_persistence = |a: &&Dot, b: &&Dot| b.persistence().total_cmp(&a.persistence());
-            let (_, last, _) = dots.select_nth_unstable_by(most - 1, by_persistence);
-            let least = last.persistence();
-            dots.retain(|dot| dot.persistence() >= least);
-        }
-        let mut detections = self.detect(if most == 0 { &[] } else { &dots });
+        let mut detections = self.detect(&self.first_dots(most, least));
         in_order(&mut detections);
         detections
     }
@@ -133,6 +145,8 @@ impl HeldSkeleton for TiledSkeleton<'_> {
 }
 
 impl DetectionSource for TiledSkeleton<'_> {
+    type Detection = Detection;
+
     fn detections(&mut self, most: usize, least: f64) -> Vec<Detection> {
         let named = self
             .with_diagram(|diagram, held| diagram.first(most, least, held.tiles.largest_death(), || held.named_dots()));

@@ -17,8 +17,10 @@ mod held;
 mod holes;
 mod memory;
 mod one_pass;
+mod progress;
 mod reach;
 mod rips_pass;
+mod space;
 mod stage;
 mod tiled;
 
@@ -26,6 +28,7 @@ use std::sync::Arc;
 
 use self::held::{TiledSkeleton, WholeSkeleton};
 use self::holes::cached_region;
+use self::progress::Progress;
 use self::stage::StageHook;
 use super::cloud::{Admission, Cloud, Refusal, Staging, VertexId, Window};
 use super::frames::{Change, Diagram, Follower, Frame, SimplifiedFollower, Step};
@@ -36,14 +39,15 @@ use super::plane::holes::{Region, RegionCache};
 use super::plane::mesh::Mesh;
 use super::plane::tiles::{LEAF, Tiles, Touched};
 use super::skeleton::Ranking;
-use super::tracks::{self, Detections, FrameStamp, TrackId, TrackStep, detect};
+use super::tracks::{self, Detection, Detections, FrameStamp, HoleState, TrackId, TrackStep, detect};
 
 pub use self::check::Contradiction;
 pub use self::rips_pass::numbered;
+pub use self::space::{SpaceOptions, SpacePipeline};
 pub use self::stage::Stage;
 
 /// Tracks the persistent cycles of one stream.
-pub type Tracker = tracks::Tracker<Region>;
+pub type Tracker = tracks::Tracker<HoleState<Region>>;
 
 /// The largest change, as a share of the vertices, for which tiles are made at first.
 const TILES_SHARE: f64 = 0.5;
@@ -83,14 +87,8 @@ pub struct Options {
 pub struct Pipeline {
     cloud: Cloud,
     delaunay: Delaunay,
-    committed: u64,
-    time: Option<f64>,
-    points: u64,
-    /// The last frame that was given as a whole.
-    newest: Option<Arc<Frame>>,
-    /// The number of the frame that was computed last.
-    reached: u64,
-    /// That frame as a whole, if it is stored so.
+    progress: Progress,
+    /// The frame that was computed last as a whole, if it is stored so.
     whole: Option<Arc<Frame>>,
     /// Its skeleton in tiles, if it was computed step by step.
     tiles: Option<Tiles>,
@@ -111,7 +109,6 @@ pub struct Pipeline {
     leaf_capacity: usize,
     /// Whether changes are followed in tiles whatever their cost.
     always_tiles: bool,
-    computed: u64,
     stages: StageHook,
 }
 
@@ -121,11 +118,7 @@ impl Pipeline {
         Self {
             cloud: Cloud::new(options.window, options.resolution),
             delaunay: Delaunay::default(),
-            committed: 0,
-            time: None,
-            points: 0,
-            newest: None,
-            reached: 0,
+            progress: Progress::default(),
             whole: None,
             tiles: None,
             tiles_share: TILES_SHARE,
@@ -138,7 +131,6 @@ impl Pipeline {
             regions: RegionCache::default(),
             leaf_capacity: LEAF,
             always_tiles: false,
-            computed: 0,
             stages: StageHook::default(),
         }
     }
@@ -255,34 +247,29 @@ impl Pipeline {
     /// Closes the frame with a time. Returns the number of the frame.
     pub fn commit(&mut self, time: Option<f64>) -> u64 {
         self.cloud.commit();
-        self.committed += 1;
-        self.time = time;
-        self.points = self.cloud.point_count();
-        self.committed
+        self.progress.commit(time, self.cloud.point_count())
     }
 
     /// The newest frame as a whole, unless it was given before. Takes time in proportion to the cloud;
     /// [`poll_step`](Self::poll_step) gives what changed.
     pub fn poll_frame(&mut self) -> Option<Arc<Frame>> {
-        let given = self.newest.as_ref().map_or(0, |frame| frame.number);
-        (given < self.committed).then(|| {
+        (!self.progress.is_given()).then(|| {
             self.reach();
             let frame = self.frame();
-            self.newest = Some(Arc::clone(&frame));
-            frame
+            self.progress.give(frame)
         })
     }
 
     /// What changed in a view up to the newest frame, unless the follower is up to date. The computation of the frame
     /// is shared by all followers; beyond it, this takes time in proportion to the answer.
     pub fn poll_step(&mut self, follower: &mut Follower) -> Option<Step> {
-        if follower.frame() >= self.committed {
+        if follower.frame() >= self.progress.committed {
             return None;
         }
         self.is_followed = true;
         self.reach();
         let change = self.change.as_ref().filter(|change| follower.frame() > 0 && change.from == follower.frame());
-        let number = self.reached;
+        let number = self.progress.reached;
         let mut step = match (&self.tiles, &self.whole) {
             (Some(tiles), _) => {
                 let mut held = TiledSkeleton { cloud: &self.cloud, tiles, diagram: &mut self.diagram };
@@ -293,14 +280,14 @@ impl Pipeline {
             }
             (None, None) => unreachable!("a frame that was reached is held"),
         };
-        (step.time, step.points) = (self.time, self.points);
+        (step.time, step.points) = (self.progress.time, self.progress.points);
         Some(step)
     }
 
     /// What changed in a simplified view up to the newest frame, unless the follower is up to date. Takes time in
     /// proportion to the cloud, since one changed edge can change how all others collapse.
     pub fn poll_simplified(&mut self, follower: &mut SimplifiedFollower) -> Option<Step> {
-        if follower.frame() >= self.committed {
+        if follower.frame() >= self.progress.committed {
             return None;
         }
         self.reach();
@@ -313,8 +300,8 @@ impl Pipeline {
     pub fn poll_dots(&mut self, most: usize) -> Ranking {
         self.reach();
         match (&self.tiles, &self.whole) {
-            (Some(tiles), _) => tiled::ranking(self.reached, &self.cloud, tiles, most),
-            (None, Some(frame)) => one_pass::ranking(self.reached, &frame.skeleton, most),
+            (Some(tiles), _) => tiled::ranking(self.progress.reached, &self.cloud, tiles, most),
+            (None, Some(frame)) => one_pass::ranking(self.progress.reached, &frame.skeleton, most),
             (None, None) => Ranking::default(),
         }
     }
@@ -323,12 +310,12 @@ impl Pipeline {
     /// the frame is shared; beyond it, this takes time in proportion to the detections. The detections of a full or a
     /// reduced view are all its dots.
     pub fn poll_tracks(&mut self, tracker: &mut Tracker) -> Option<TrackStep> {
-        if tracker.frame() >= self.committed {
+        if tracker.frame() >= self.progress.committed {
             return None;
         }
         self.reach();
         let detections = self.detect(tracker);
-        let at = FrameStamp { number: self.reached, time: self.time };
+        let at = FrameStamp { number: self.progress.reached, time: self.progress.time };
         let Self { regions, cloud, delaunay, .. } = self;
         Some(tracker.advance(at, detections, |detection| cached_region(regions, cloud, delaunay, detection)))
     }
@@ -337,7 +324,7 @@ impl Pipeline {
     /// newest frame. Takes time in proportion to the regions that have changed since the last frame, and to those that
     /// were not asked for in it.
     pub fn track_regions(&mut self, tracker: &Tracker) -> Vec<(TrackId, Region)> {
-        if tracker.frame() != self.reached {
+        if tracker.frame() != self.progress.reached {
             return Vec::new();
         }
         let Self { regions, cloud, delaunay, .. } = self;
@@ -346,7 +333,7 @@ impl Pipeline {
     }
 
     /// The detections of a tracker.
-    fn detect(&mut self, tracker: &Tracker) -> Detections {
+    fn detect(&mut self, tracker: &Tracker) -> Detections<Detection> {
         match (&self.tiles, &self.whole) {
             (Some(tiles), _) => {
                 let mut held = TiledSkeleton { cloud: &self.cloud, tiles, diagram: &mut self.diagram };
@@ -362,12 +349,12 @@ impl Pipeline {
 
     /// The newest frame that was given as a whole.
     pub fn newest(&self) -> Option<&Arc<Frame>> {
-        self.newest.as_ref()
+        self.progress.given()
     }
 
     /// The number of skeletons computed so far.
     pub fn computed(&self) -> u64 {
-        self.computed
+        self.progress.computed
     }
 
     /// The number of tiles reduced for the last computed frame; 0 after one pass.
@@ -377,7 +364,7 @@ impl Pipeline {
 
     /// The number of the newest frame; 0 before the first commit.
     pub fn committed(&self) -> u64 {
-        self.committed
+        self.progress.committed
     }
 
     /// The number of distinct positions, including those that are not committed yet.

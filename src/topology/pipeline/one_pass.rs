@@ -50,7 +50,12 @@ impl Skeleton {
 /// The most persistent dots of a whole skeleton.
 pub(super) fn ranking(number: u64, skeleton: &Skeleton, most: usize) -> Ranking {
     let dots: Vec<&Dot> = skeleton.unsorted_dots().iter().collect();
-    Ranking::new(number, dots, most, |dot| dot.persistence(), |dot| skeleton.critical(dot), |dot| skeleton.hole(dot))
+    let death_edge = |dot: &Dot| match dot.killer {
+        Killer::Edge(edge) => Some(skeleton.edge_id(edge)),
+        Killer::Triangle(_) | Killer::None => None,
+    };
+    let filling = |dot: &&Dot| (skeleton.hole(dot), death_edge(dot));
+    Ranking::new(number, dots, most, |dot| dot.persistence(), |dot| skeleton.critical(dot), filling)
 }
 
 /// The vertices by id, and the place among them of each site of the mesh.

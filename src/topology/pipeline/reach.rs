@@ -21,7 +21,7 @@ use crate::topology::skeleton::Skeleton;
 impl Pipeline {
     /// Computes the newest frame, unless that was done.
     pub(super) fn reach(&mut self) {
-        if self.reached == self.committed {
+        if self.progress.is_reached() {
             return;
         }
         self.stages.begin(Stage::Triangulation);
@@ -33,9 +33,8 @@ impl Pipeline {
         let update = self.delaunay.apply_by(by, &self.cloud, &change, &mut observer);
         self.invalidate_regions(&change, update);
         self.stages.begin(Stage::Reduction);
-        let reported = self.is_followed.then(|| Change::of_cloud(self.reached, &self.cloud, &change));
-        self.reached = self.committed;
-        self.computed += 1;
+        let before = self.progress.begin();
+        let reported = self.is_followed.then(|| Change::of_cloud(before, &self.cloud, &change));
         self.change = match &mut self.tiles {
             Some(tiles) if is_tiles_cheaper && update == Update::Stepwise => {
                 self.whole = None;
@@ -109,7 +108,7 @@ impl Pipeline {
     fn compute_whole(&mut self) {
         let links = self.contract();
         let skeleton = Skeleton::new(&self.cloud, &self.mesh, &self.basins, links);
-        self.whole = Some(Arc::new(self.frame_of(skeleton)));
+        self.whole = Some(Arc::new(self.progress.frame_of(skeleton)));
     }
 
     fn contract(&mut self) -> Vec<Link> {
@@ -119,14 +118,10 @@ impl Pipeline {
         links
     }
 
-    fn frame_of(&self, skeleton: Skeleton) -> Frame {
-        Frame { number: self.committed, time: self.time, points: self.points, skeleton }
-    }
-
     /// The current frame as a whole.
     pub(super) fn frame(&mut self) -> Arc<Frame> {
         if let (None, Some(tiles)) = (&self.whole, &self.tiles) {
-            self.whole = Some(Arc::new(self.frame_of(tiled::skeleton(&self.cloud, tiles))));
+            self.whole = Some(Arc::new(self.progress.frame_of(tiled::skeleton(&self.cloud, tiles))));
         }
         Arc::clone(self.whole.as_ref().expect("a frame that was reached is held"))
     }

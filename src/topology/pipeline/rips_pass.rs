@@ -1,17 +1,17 @@
 //! The skeleton of a metric space, in one pass.
 //!
-//! In: a space, what its vertices are called, how far the filtration goes.
-//! Out: a [`Skeleton`].
+//! In: a space, what its vertices are called, how far the filtration goes; closed walks.
+//! Out: a [`Skeleton`]; for each walk, the dots that it is the sum of.
 //! Invariants: it depends on the space alone. Vertices that are one point under two names are one. A dot is left out
 //! where its persistence is at most 1e-12 of its death, as in the plane.
 //! Must not know: frames, streams, how lengths are computed.
 
 use crate::topology::cloud::{VertexId, Vertices};
-use crate::topology::metric::rips::{self, Pair, Persistence, Workspace};
+use crate::topology::metric::rips::{self, Class, ClosedWalk, Pair, Persistence, Workspace};
 use crate::topology::metric::space::Distances;
 use crate::topology::metric::twins::representatives;
 use crate::topology::plane::elements::DIAGONAL;
-use crate::topology::skeleton::{Dot, Edge, Killer, Skeleton};
+use crate::topology::skeleton::{Dot, Edge, EdgeId, Killer, Skeleton};
 
 impl Skeleton {
     /// The skeleton of a finite metric space by its Vietoris-Rips filtration (Kurlin 2015, section 2), up to the scale
@@ -28,11 +28,27 @@ impl Skeleton {
         threshold: Option<f64>,
         workspace: &mut Workspace,
     ) -> Self {
+        Self::with_classes(space, names, threshold, &[], workspace).0
+    }
+
+    /// The same, and the critical edges of the dots that closed walks are the sums of, found in the same sweep; none
+    /// where a step of a walk is no edge.
+    pub(super) fn with_classes(
+        space: &dyn Distances,
+        names: &Vertices,
+        threshold: Option<f64>,
+        walks: &[ClosedWalk],
+        workspace: &mut Workspace,
+    ) -> (Self, Vec<Option<Vec<EdgeId>>>) {
         assert_eq!(space.count(), names.len(), "each vertex has a name");
         let limit = threshold.map_or(f64::MAX, |radius| space.longest(radius));
-        let persistence = rips::persistence(space, limit, workspace);
+        let (persistence, classes) = rips::persistence_and_classes(space, limit, walks, workspace);
         let places = Places::new(names, &representatives(space, &persistence));
-        places.skeleton(space, names, &persistence)
+        let skeleton = places.skeleton(space, names, &persistence);
+        let id = |pair: Pair| skeleton.edge_id(places.edge(pair));
+        let dots = |class: Class| class.dots.into_iter().map(id).collect();
+        let classes = classes.into_iter().map(|class| class.map(dots)).collect();
+        (skeleton, classes)
     }
 }
 

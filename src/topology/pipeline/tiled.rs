@@ -48,8 +48,8 @@ pub fn tree(cloud: &Cloud, tiles: &Tiles) -> Tree<'static> {
 /// The most persistent dots in tiles.
 pub fn ranking(number: u64, cloud: &Cloud, tiles: &Tiles, most: usize) -> Ranking {
     let name = |dot: &&TileDot| critical(cloud, dot);
-    let hole = |dot: &&TileDot| Some(hole(cloud, dot.triangle, dot.death));
-    Ranking::new(number, tiles.dots().collect(), most, |dot| dot.persistence(), name, hole)
+    let filling = |dot: &&TileDot| (Some(hole(cloud, dot.triangle, dot.death)), None);
+    Ranking::new(number, tiles.dots().collect(), most, |dot| dot.persistence(), name, filling)
 }
 
 /// Adds a difference of tiles to a change.

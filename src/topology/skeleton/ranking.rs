@@ -1,6 +1,6 @@
-//! The most persistent dots of a frame with their holes, by ids.
+//! The most persistent dots of a frame, with what fills their cycles, by ids.
 //!
-//! In: dots, with functions that give their persistence, name and hole.
+//! In: dots, with functions that give their persistence, name and filling.
 //! Out: a [`Ranking`].
 //! Invariants: the most persistent first, equal ones in order of their critical edges. A shorter ranking is a prefix of
 //! a longer one.
@@ -9,15 +9,17 @@
 use std::cmp::Ordering;
 
 use super::hopes::Hole;
-use super::named::Critical;
+use super::named::{Critical, EdgeId};
 
-/// A dot of the persistence diagram, with its hole.
+/// A dot of the persistence diagram, with what fills its cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RankedDot {
     /// The critical edge and its label.
     pub critical: Critical,
     /// The last point of its hole to be filled; in the plane.
     pub hole: Option<Hole>,
+    /// The edge with which its cycle is filled; in a Rips filtration, and if it ever is.
+    pub death_edge: Option<EdgeId>,
 }
 
 /// The most persistent dots of a frame.
@@ -32,17 +34,22 @@ pub struct Ranking {
 }
 
 impl Ranking {
-    /// The first `most` dots. `name` is called only for dots that may be among them, `hole` only for those that are.
+    /// The first `most` dots. `name` is called only for dots that may be among them, `filling`
+    /// only for those that are.
     pub(crate) fn new<D>(
         number: u64,
         dots: Vec<D>,
         most: usize,
         persistence: impl Fn(&D) -> f64,
         name: impl Fn(&D) -> Critical,
-        hole: impl Fn(&D) -> Option<Hole>,
+        filling: impl Fn(&D) -> (Option<Hole>, Option<EdgeId>),
     ) -> Self {
         let (total, first) = first(dots, most, persistence, name);
-        let dots = first.into_iter().map(|(dot, critical)| RankedDot { critical, hole: hole(&dot) }).collect();
+        let ranked = |(dot, critical)| {
+            let (hole, death_edge) = filling(&dot);
+            RankedDot { critical, hole, death_edge }
+        };
+        let dots = first.into_iter().map(ranked).collect();
         Self { number, total, dots }
     }
 }

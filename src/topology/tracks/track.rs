@@ -84,7 +84,7 @@ pub enum EventKind {
 
 /// An event of a track.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrackEvent {
+pub struct TrackEvent<T = Track> {
     /// The number of the frame.
     pub frame: u64,
     /// The time of the frame.
@@ -92,20 +92,26 @@ pub struct TrackEvent {
     /// The kind.
     pub kind: EventKind,
     /// The track after the event.
-    pub track: Track,
+    pub track: T,
 }
 
 /// The events of all tracks up to a frame.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TrackStep {
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackStep<T = Track> {
     /// The number of the frame.
     pub number: u64,
     /// The time of the frame.
     pub time: Option<f64>,
     /// In order of track ids; for one track, in order of [`EventKind`].
-    pub events: Vec<TrackEvent>,
+    pub events: Vec<TrackEvent<T>>,
     /// All tracks that were announced and have not ended, by id.
-    pub alive: Vec<Track>,
+    pub alive: Vec<T>,
     /// The number of dots that the rule selects beyond the largest number of detections: the least persistent ones.
     pub left_out: usize,
+}
+
+impl<T> Default for TrackStep<T> {
+    fn default() -> Self {
+        Self { number: 0, time: None, events: Vec::new(), alive: Vec::new(), left_out: 0 }
+    }
 }

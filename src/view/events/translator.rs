@@ -10,8 +10,8 @@ use std::io::{self, Write};
 use std::sync::Arc;
 
 use hopes_protocol::{
-    Banner, Cause, Decoder, ErrorCode, LARGEST_FRAME, Lagged, Message, Mirror, Pong, Report, Resume, Snapshot,
-    StreamClosed,
+    AnyMirror, Banner, Decoder, ErrorCode, LARGEST_FRAME, Lagged, Message, Pong, Report, Resume, Snapshot,
+    SpaceSnapshot, StreamClosed,
 };
 use serde::Serialize;
 
@@ -21,7 +21,7 @@ use crate::daemon::{Account, Charge};
 use crate::formats::messages::as_json;
 use crate::view::http::{Refusal, Response, endless};
 
-/// Bytes that a mirror takes for a vertex, an edge and a critical edge, about.
+/// Bytes that a mirror takes for a vertex of the plane, an edge and a critical edge, about.
 const OF_MIRROR: [usize; 3] = [48, 32, 64];
 
 /// What is sent of the response.
@@ -45,7 +45,7 @@ pub struct Translator {
     epoch: u64,
     sent: Sent,
     /// What a whole frame is made of, if these are wanted.
-    whole: Option<Mirror>,
+    whole: Option<AnyMirror>,
     /// What the client has of before, until the first frame.
     last: Option<Resume>,
     goodbye: Option<String>,
@@ -71,7 +71,7 @@ impl Translator {
             has_banner: false,
             epoch: 0,
             sent: Sent::Nothing,
-            whole: (!changes).then(Mirror::new),
+            whole: (!changes).then(AnyMirror::default),
             last,
             goodbye: None,
             charge: account.charge(0),
@@ -106,8 +106,9 @@ impl Translator {
     /// Charges what is held, and so many bytes besides.
     fn hold(&mut self, besides: usize) {
         let mirror = self.whole.as_ref().map_or(0, |mirror| {
-            let counts = [mirror.vertices().len(), mirror.edges().len(), mirror.critical().len()];
-            counts.iter().zip(OF_MIRROR).map(|(count, bytes)| count * bytes).sum()
+            let (counts, dimension) = mirror.sizes();
+            let of_coordinates = counts[0] * size_of::<f64>() * dimension.saturating_sub(2);
+            of_coordinates + counts.iter().zip(OF_MIRROR).map(|(count, bytes)| count * bytes).sum::<usize>()
         });
         self.charge.set((self.decoder.capacity() + mirror + besides) as u64);
     }
@@ -118,7 +119,7 @@ impl Translator {
                 self.epoch = opened.epoch;
                 self.begin(output)
             }
-            Message::Snapshot(_) | Message::Diff(_) if self.sent == Sent::Head => self.frame(message, output),
+            message if message.frame().is_some() && self.sent == Sent::Head => self.frame(message, output),
             Message::Lagged(lagged) if self.sent == Sent::Head => self.event("lagged", &lagged.into(), output),
             Message::Heartbeat(_) => self.comment(output),
             Message::Ping(ping) => {
@@ -157,38 +158,28 @@ impl Translator {
             self.last = None;
             return self.event("frame", &message, output);
         };
-        let first = match message {
-            Message::Snapshot(snapshot) => {
-                mirror.apply_snapshot(&snapshot).map_err(io::Error::other)?;
-                snapshot
-            }
-            Message::Diff(diff) => {
-                mirror.apply_diff(&diff).map_err(io::Error::other)?;
-                whole(&mirror, diff.stream).ok_or_else(|| io::Error::other("a mirror has lost its frame"))?
-            }
-            _ => return Ok(()),
-        };
+        let stream = message.stream().unwrap_or_default();
+        mirror.apply(&message).map_err(io::Error::other)?;
+        let whole = if is_snapshot(&message) { Some(message) } else { mirror.snapshot(stream) };
+        let first = whole.ok_or_else(|| io::Error::other("a mirror has lost its frame"))?;
+        let number = mirror.number();
         self.whole = Some(mirror);
         self.hold(bytes_of(&first));
-        let last = self.last.take().filter(|last| last.epoch == self.epoch && last.frame <= first.frame.number);
+        let last = self.last.take().filter(|last| last.epoch == self.epoch && last.frame <= number);
         if let Some(last) = last {
-            let missed = Lagged { stream: first.stream, first: last.frame + 1, last: first.frame.number - 1 };
-            if last.frame == first.frame.number {
+            let missed = Lagged { stream, first: last.frame + 1, last: number - 1 };
+            if last.frame == number {
                 return Ok(());
             } else if missed.first <= missed.last {
                 self.event("lagged", &missed.into(), output)?;
             }
         }
-        self.event("frame", &first.into(), output)
+        self.event("frame", &first, output)
     }
 
     /// Writes an event whose data is a message's JSON line.
     fn event(&self, event: &str, message: &Message, output: &mut impl Write) -> io::Result<()> {
-        let frame = match message {
-            Message::Snapshot(snapshot) => Some(snapshot.frame.number),
-            Message::Diff(diff) => Some(diff.frame.number),
-            _ => None,
-        };
+        let frame = message.frame().map(|frame| frame.number);
         writeln!(output, "event: {event}")?;
         if let Some(frame) = frame {
             writeln!(output, "id: {}", LastId::new(frame, self.epoch))?;
@@ -246,20 +237,19 @@ fn refuse(status: u16, text: &str, output: &mut impl Write) -> io::Result<()> {
     output.write_all(&body)
 }
 
-fn bytes_of(snapshot: &Snapshot) -> usize {
-    let Snapshot { vertices, edges, critical, .. } = snapshot;
-    size_of_val(&vertices[..]) + size_of_val(&edges[..]) + size_of_val(&critical[..])
+fn is_snapshot(message: &Message) -> bool {
+    matches!(message, Message::Snapshot(_) | Message::SpaceSnapshot(_))
 }
 
-/// A mirror's frame as a whole; none if it has none.
-fn whole(mirror: &Mirror, stream: u32) -> Option<Snapshot> {
-    Some(Snapshot {
-        stream,
-        cause: Cause::Start,
-        frame: mirror.frame()?.clone(),
-        vertices: mirror.vertices().iter().map(|(&id, &(x, y))| (id, x, y)).collect(),
-        edges: mirror.edges().iter().copied().collect(),
-        critical: mirror.critical().iter().map(|(&(a, b), &(birth, death))| (a, b, birth, death)).collect(),
-        checksum: mirror.checksum(),
-    })
+fn bytes_of(snapshot: &Message) -> usize {
+    match snapshot {
+        Message::Snapshot(Snapshot { vertices, edges, critical, .. }) => {
+            size_of_val(&vertices[..]) + size_of_val(&edges[..]) + size_of_val(&critical[..])
+        }
+        Message::SpaceSnapshot(SpaceSnapshot { ids, coordinates, edges, critical, .. }) => {
+            let of_vertices = size_of_val(&ids[..]) + size_of_val(&coordinates[..]);
+            of_vertices + size_of_val(&edges[..]) + size_of_val(&critical[..])
+        }
+        _ => 0,
+    }
 }

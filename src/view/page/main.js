@@ -13,8 +13,10 @@ import { createRenderer } from "./drawing/renderer.js";
 import { Controls, choiceFrom } from "./panels/controls.js";
 import { Diagram } from "./panels/diagram.js";
 import { Ruler } from "./panels/ruler.js";
+import { spaceName } from "./panels/spaces.js";
 import { Rate, showCycle, showStatus } from "./panels/status.js";
 import { Timeline } from "./panels/timeline.js";
+import { Projection } from "./projection/projection.js";
 import { Session } from "./session/session.js";
 
 /** How near to an edge a pointer must be, in pixels. A finger is less precise than a mouse. */
@@ -36,7 +38,8 @@ class Page {
     const socket = new URL("ws", location.href).href.replace(/^http/, "ws");
     this.session = new Session(socket, choiceFrom(location.hash), (what) => this.onChange(what));
     this.tracksByLabel = new TracksByLabel();
-    this.camera = new Camera(el("plane"), () => this.requestDraw());
+    this.projection = new Projection();
+    this.camera = new Camera(el("plane"), () => this.requestDraw(), this.projection);
     this.renderer = createRenderer(el("plane"), this.camera, this.tracksByLabel);
     this.diagram = new Diagram(el("diagram"), this.tracksByLabel);
     this.timeline = new Timeline(el("lives"));
@@ -54,7 +57,8 @@ class Page {
     this.counted = 0;
     this.drawn = null;
     this.nextDrawAt = 0;
-    /** What was drawn last, for tests. */
+    /** What was drawn last: as it was projected, and in numbers for tests. */
+    this.projected = null;
     this.picture = null;
     this.listen();
   }
@@ -109,9 +113,11 @@ class Page {
   }
 
   pickInPlane(event) {
+    if (!this.projected) return null;
+    const { mirror, annotations } = this.projected;
     const [x, y] = this.camera.pointAt(event.offsetX, event.offsetY);
     const radius = (PICK_RADIUS[event.pointerType] ?? PICK_RADIUS.mouse) / this.camera.scale;
-    return pickCycle(this.session.mirror, this.session.annotations, this.tracksByLabel, x, y, radius);
+    return pickCycle(mirror, annotations, this.tracksByLabel, x, y, radius);
   }
 
   hover(pick) {
@@ -143,9 +149,10 @@ class Page {
 
   onChange(what) {
     if (what === "stream") {
+      this.projection.reset();
       this.fit();
       this.pin(null);
-      this.drawn = null;
+      this.drawn = this.projected = null;
       forgetColors();
     }
     if (what === "streams" || what === "stream") this.controls.showStreams();
@@ -191,11 +198,12 @@ class Page {
     this.drawn = frame;
     this.tracksByLabel.update(annotations.alive);
     assignColors(annotations.alive);
-    this.renderer.draw({ mirror, simplified, annotations }, this.pick);
+    this.projected = this.projection.project({ mirror, simplified, annotations });
+    this.renderer.draw(this.projected, this.pick);
     this.diagram.draw(frame, annotations, this.pick);
     this.timeline.draw(tracks.lifetimes, history.newest, frame ? frame.number : 0, this.pick);
     this.shapePlane();
-    this.ruler.show();
+    this.ruler.show(mirror);
     this.controls.setLargest(this.diagram.largest || 1);
     this.showStatus();
     showCycle(this.pick, annotations.byId);
@@ -224,6 +232,8 @@ class Page {
       diagram: this.diagram.frame,
       cycles: frame.cycles,
       critical: mirror.critical.count,
+      space: spaceName(mirror),
+      box: this.renderer.bounds.box,
       marked: this.diagram.shown,
       holes: this.renderer.holes,
       walks: annotations.alive.filter(({ id }) => annotations.cycles.get(id)?.length).length,

@@ -81,7 +81,8 @@ pub fn write(name: &str, snapshot: &Snapshot) -> String {
     let tree: BTreeSet<[Pixel; 2]> =
         snapshot.edges.iter().filter_map(|&(a, b)| line(a, b)).filter(|[a, b]| a != b).collect();
     path(&mut out, "tree", "#33506e", 1.0, tree.into_iter());
-    let longest = snapshot.critical.iter().map(|&(.., birth, death)| death - birth).fold(0.0, f64::max);
+    let persistences = snapshot.critical.iter().map(|&(.., birth, death)| death - birth);
+    let longest = persistences.filter(|persistence| persistence.is_finite()).fold(0.0, f64::max);
     let mut critical: BTreeMap<[Pixel; 2], f64> = BTreeMap::new();
     for &(a, b, birth, death) in &snapshot.critical {
         if let Some(ends) = line(a, b).filter(|[a, b]| a != b) {
@@ -90,7 +91,9 @@ pub fn write(name: &str, snapshot: &Snapshot) -> String {
         }
     }
     for (ends, persistence) in critical {
-        path(&mut out, "critical", &colour(persistence / longest), 2.5, [ends].into_iter());
+        // A cycle that is never filled is as red as any.
+        let share = if persistence.is_finite() { persistence / longest } else { 1.0 };
+        path(&mut out, "critical", &colour(share), 2.5, [ends].into_iter());
     }
     out.push_str("</svg>\n");
     out

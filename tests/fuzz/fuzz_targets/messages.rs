@@ -14,7 +14,9 @@ fuzz_target!(|data: &[u8]| {
     let read = Message::decode(version, kind, body);
     match (read, second::again(kind, body)) {
         (Ok(message), Ok(again)) => check(&message, &again, body),
-        (Err(BodyError::UnknownType { .. }), _) => assert!(version < VERSION, "the newest version has all messages"),
+        (Err(BodyError::UnknownType { .. }), _) => {
+            assert!(version < VERSION, "the newest version has all messages")
+        }
         (Err(_), Err(_)) => {}
         (read, again) => panic!("one codec reads it and one does not: {read:?}, {again:?}"),
     }

@@ -39,7 +39,7 @@ fn read(source: impl Read) -> (Vec<Placed>, String) {
     let (mut frames, mut messages) = (Frames::new(source), Vec::new());
     loop {
         match frames.next() {
-            Ok(Next::Message { offset, channel, message }) => messages.push((offset, channel, message)),
+            Ok(Next::Message { offset, channel, message, .. }) => messages.push((offset, channel, message)),
             Ok(end @ (Next::CutOff { .. } | Next::End)) => return (messages, format!("{end:?} {}", frames.offset())),
             Err(RecordingError::Io { source, .. }) => panic!("the source does not fail: {source}"),
             Err(error) => return (messages, format!("{error:?}")),

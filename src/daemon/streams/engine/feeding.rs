@@ -12,13 +12,13 @@ use std::fmt::Display;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use hopes::topology::{Exact, VertexId, Window};
+use hopes::topology::{FirstCoordinates, VertexId, Window};
 
 use super::Engine;
 use super::uncommitted::Place;
 use crate::daemon::input_errors::{InputErrors, StrictStop};
 use crate::daemon::streams::error::EngineError;
-use crate::daemon::streams::input::{Batch, Input};
+use crate::daemon::streams::input::{Batch, Input, Point};
 use crate::daemon::streams::queue::{Item, Origin};
 use crate::daemon::streams::reply::{BatchReply, RefusalReason};
 
@@ -41,6 +41,7 @@ impl Engine {
     }
 
     fn insert(&mut self, batch: &Batch, origin: &Origin) -> Result<(), EngineError> {
+        self.settle_dimension(batch);
         let mut reply = BatchReply::new(batch);
         if self.waits(origin) {
             self.stage(&mut reply, batch, origin)?;
@@ -52,6 +53,13 @@ impl Engine {
         self.stream.state.stats.refused.fetch_add(reply.refused(), Ordering::Relaxed);
         send(reply, origin);
         Ok(())
+    }
+
+    /// The first points of a space have the dimension of all that follow.
+    fn settle_dimension(&mut self, batch: &Batch) {
+        if let (Some(space), Some(dimension)) = (&self.stream.state.space, batch.positions.dimension()) {
+            self.pipeline.fix_dimension(space.settle(dimension));
+        }
     }
 
     /// Has points wait for their commit, or for the end of a frame that closes by itself.
@@ -85,13 +93,13 @@ impl Engine {
         let no_room = self.no_room();
         let (limit, mut room) = (self.limits.points, self.room_for_points());
         let enough = reply.accepted().saturating_add(limit_of_frame.saturating_sub(self.points).max(1));
-        let source = self.uncommitted.of(origin.producer());
+        let source = self.uncommitted.of(origin.producer(), &self.pipeline);
         while next < batch.positions.len() && reply.accepted() < enough && self.outside < limit_of_frame {
-            let ((x, y), time) = (batch.positions[next], batch.times.get(next).copied());
+            let (point, time) = (batch.positions.get(next), batch.times.get(next).copied());
             let placed = match &no_room {
                 Some(full) => Err(full.clone()),
                 None if room == 0 => Err(RefusalReason::StreamFull { what: "points", limit }),
-                None => self.pipeline.stage_point(&mut source.staging, x, y, time).map_err(RefusalReason::Refused),
+                None => self.pipeline.stage_point(&mut source.staging, point, time).map_err(RefusalReason::Refused),
             };
             match placed {
                 Ok(vertex) => {
@@ -125,12 +133,12 @@ impl Engine {
     fn insert_now(&mut self, reply: &mut BatchReply, batch: &Batch) -> Result<(), EngineError> {
         let no_room = self.no_room();
         let mut begun = Instant::now();
-        for (index, &(x, y)) in batch.positions.iter().enumerate() {
+        for index in 0..batch.positions.len() {
             self.pending = true;
             let time = batch.times.get(index).copied();
             let placed = match &no_room {
                 Some(full) => Err(full.clone()),
-                None => self.insert_one(x, y, time),
+                None => self.insert_one(batch.positions.get(index), time),
             };
             self.note(reply, batch, index, placed)?;
             if self.settings.frame_points.is_some_and(|limit| self.points >= limit) {
@@ -143,11 +151,11 @@ impl Engine {
         Ok(())
     }
 
-    fn insert_one(&mut self, x: f64, y: f64, time: Option<f64>) -> Result<VertexId, RefusalReason> {
+    fn insert_one(&mut self, point: Point, time: Option<f64>) -> Result<VertexId, RefusalReason> {
         if self.room_for_points() == 0 {
             return Err(RefusalReason::StreamFull { what: "points", limit: self.limits.points });
         }
-        let vertex = self.pipeline.feed_point(x, y, time).map_err(RefusalReason::Refused)?;
+        let vertex = self.pipeline.feed_point(point, time).map_err(RefusalReason::Refused)?;
         self.points += 1;
         self.newest_time = time.into_iter().chain(self.newest_time).reduce(f64::max);
         Ok(vertex)
@@ -169,9 +177,9 @@ impl Engine {
     fn stage_retractions(&mut self, reply: &mut BatchReply, batch: &Batch, origin: &Origin) -> Result<(), EngineError> {
         self.pending |= self.joins_by_itself(origin);
         let begun = Instant::now();
-        let source = self.uncommitted.of(origin.producer());
-        for (index, &(x, y)) in batch.positions.iter().enumerate() {
-            match self.pipeline.stage_retraction(&mut source.staging, x, y) {
+        let source = self.uncommitted.of(origin.producer(), &self.pipeline);
+        for index in 0..batch.positions.len() {
+            match self.pipeline.stage_retraction(&mut source.staging, batch.positions.get(index)) {
                 Ok(()) => {
                     reply.accept(batch, index, VertexId(0));
                     source.places.extend(place(batch, index));
@@ -191,8 +199,9 @@ impl Engine {
     fn retract_now(&mut self, reply: &mut BatchReply, batch: &Batch) -> Result<(), EngineError> {
         self.pending = true;
         let begun = Instant::now();
-        for (index, &(x, y)) in batch.positions.iter().enumerate() {
-            let retracted = self.pipeline.feed_retraction(x, y).map(|()| VertexId(0)).map_err(RefusalReason::Refused);
+        for index in 0..batch.positions.len() {
+            let point = batch.positions.get(index);
+            let retracted = self.pipeline.feed_retraction(point).map(|()| VertexId(0)).map_err(RefusalReason::Refused);
             self.note(reply, batch, index, retracted)?;
         }
         self.worked += begun.elapsed();
@@ -232,7 +241,8 @@ impl Engine {
 
 /// Where a point stands in the input, if it is one of stdin.
 fn place(batch: &Batch, index: usize) -> Option<Place> {
-    batch.lines.get(index).map(|&line| Place { line, unit: batch.place, point: batch.positions[index] })
+    let point = || batch.positions.get(index).with_coordinates(|point| FirstCoordinates::from(point));
+    batch.lines.get(index).map(|&line| Place { line, unit: batch.place, point: point() })
 }
 
 /// Counts and logs a point of stdin that is refused. A producer's is in the reply.
@@ -241,8 +251,8 @@ pub(super) fn report(
     place: Option<Place>,
     reason: &dyn Display,
 ) -> Result<(), StrictStop> {
-    let Some(Place { line, unit, point: (x, y) }) = place else { return Ok(()) };
-    input_errors.add(&format_args!("{unit} {line}, point ({}, {}): {reason}", Exact(x), Exact(y)))
+    let Some(Place { line, unit, point }) = place else { return Ok(()) };
+    input_errors.add(&format_args!("{unit} {line}, point {point}: {reason}"))
 }
 
 /// Replies to a producer; stdin gets no reply.

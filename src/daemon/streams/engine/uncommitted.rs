@@ -10,9 +10,10 @@
 
 use std::sync::{Arc, Weak};
 
-use hopes::topology::{Admission, Pipeline, Refusal, Staging};
+use hopes::topology::{Admission, FirstCoordinates, Refusal};
 
 use crate::daemon::memory::{Account, Charge};
+use crate::daemon::streams::pipeline::{AnyPipeline, Waiting};
 use crate::daemon::streams::reply::ReplySink;
 
 /// What a source has sent since its last commit.
@@ -21,7 +22,7 @@ pub struct Source {
     /// None for stdin.
     producer: Option<Weak<dyn ReplySink>>,
     /// What waits.
-    pub staging: Staging,
+    pub staging: Waiting,
     /// Points and retractions that were refused.
     pub rejected: u64,
     /// Of stdin: where all that waits stands in the input.
@@ -39,7 +40,7 @@ pub struct Place {
     /// What this counts.
     pub unit: &'static str,
     /// The point.
-    pub point: (f64, f64),
+    pub point: FirstCoordinates,
 }
 
 /// What all sources of a stream have sent since their last commits.
@@ -67,9 +68,8 @@ pub struct Fed {
 }
 
 impl Source {
-    fn new(producer: Option<Weak<dyn ReplySink>>, charge: Charge) -> Self {
-        let (staging, places) = (Staging::default(), Vec::new());
-        Self { producer, staging, rejected: 0, places, is_told: false, charge }
+    fn new(producer: Option<Weak<dyn ReplySink>>, staging: Waiting, charge: Charge) -> Self {
+        Self { producer, staging, rejected: 0, places: Vec::new(), is_told: false, charge }
     }
 
     /// Keeps the account of what waits.
@@ -77,7 +77,7 @@ impl Source {
         self.charge.set((self.staging.bytes() + size_of_val(self.places.as_slice())) as u64);
     }
 
-    fn feed(&mut self, pipeline: &mut Pipeline, time: Option<f64>) -> Fed {
+    fn feed(&mut self, pipeline: &mut AnyPipeline, time: Option<f64>) -> Fed {
         let rejected = std::mem::take(&mut self.rejected);
         let mut fed = Fed { is_any: !self.staging.is_empty() || rejected > 0, rejected, ..Fed::default() };
         fed.newest_time = self.staging.newest_time();
@@ -115,27 +115,32 @@ impl Uncommitted {
     }
 
     /// What a producer has sent since its last commit; none is stdin.
-    pub fn of(&mut self, producer: Option<&Arc<dyn ReplySink>>) -> &mut Source {
+    pub fn of(&mut self, producer: Option<&Arc<dyn ReplySink>>, pipeline: &AnyPipeline) -> &mut Source {
         let place = self.place(producer).unwrap_or_else(|| {
-            self.sources.push(Source::new(producer.map(Arc::downgrade), self.account.charge(0)));
+            self.sources.push(Source::new(producer.map(Arc::downgrade), pipeline.waiting(), self.account.charge(0)));
             self.sources.len() - 1
         });
         &mut self.sources[place]
     }
 
     /// Feeds what a source has sent, for its commit with a time.
-    pub fn feed(&mut self, producer: Option<&Arc<dyn ReplySink>>, pipeline: &mut Pipeline, time: Option<f64>) -> Fed {
-        self.of(producer).feed(pipeline, time)
+    pub fn feed(
+        &mut self,
+        producer: Option<&Arc<dyn ReplySink>>,
+        pipeline: &mut AnyPipeline,
+        time: Option<f64>,
+    ) -> Fed {
+        self.of(producer, pipeline).feed(pipeline, time)
     }
 
     /// Feeds what all sources have sent, one after the other, for a frame that nobody has committed.
-    pub fn feed_all(&mut self, pipeline: &mut Pipeline) -> Vec<Fed> {
+    pub fn feed_all(&mut self, pipeline: &mut AnyPipeline) -> Vec<Fed> {
         let waiting = self.sources.iter_mut().filter(|source| !source.staging.is_empty() || source.rejected > 0);
         waiting.map(|source| source.feed(pipeline, None)).collect()
     }
 
     /// Forgets a producer and what it has sent. Returns the number of its points.
-    pub fn discard(&mut self, producer: Option<&Arc<dyn ReplySink>>, pipeline: &mut Pipeline) -> u64 {
+    pub fn discard(&mut self, producer: Option<&Arc<dyn ReplySink>>, pipeline: &mut AnyPipeline) -> u64 {
         let Some(place) = self.place(producer) else { return 0 };
         let mut source = self.sources.swap_remove(place);
         let points = source.staging.point_count();

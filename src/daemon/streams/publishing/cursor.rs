@@ -352,10 +352,11 @@ impl Cursor {
     /// One diff for a whole run, after a message that names the merged frames. A snapshot, if that is smaller.
     fn catch_up(self: &Arc<Self>, at: u64, run: &[Arc<LogEntry>]) -> Option<Encoded> {
         let last = run.last()?;
-        let merged = LogEntry::merged(self.stream.number, run)?;
+        let shape = self.stream.shape();
+        let merged = LogEntry::merged((self.stream.number, shape), run)?;
         let message = encoded(merged, &self.consumer.account)?;
         let mut state = self.lock();
-        let is_long = u64::from(message.length) > convert::snapshot_size(&last.info);
+        let is_long = u64::from(message.length) > convert::snapshot_size(&last.info, shape);
         // What was put ahead in the meantime, a snapshot of another view or the end, follows upon the run.
         let goes_on = state.ahead.is_empty() && !state.is_closed && state.awaited.is_none();
         if is_long && goes_on {
@@ -393,13 +394,10 @@ impl Cursor {
         let stream = self.stream.number;
         match sent {
             Some(sent) if Arc::ptr_eq(&sent, &dots) => None,
-            Some(sent) if sent.top(most) == dots.top(most) => {
+            Some(sent) if sent.has_same_top(&dots, most) => {
                 encoded(wire::Heartbeat { stream, frame: dots.frame }, &self.consumer.account)
             }
-            _ => {
-                let (total, top) = dots.top(most);
-                encoded(wire::Dots { stream, frame: dots.frame, total, dots: top.to_vec() }, &self.consumer.account)
-            }
+            _ => encoded(dots.dots.message(stream, dots.frame, dots.total, most), &self.consumer.account),
         }
     }
 
@@ -417,7 +415,7 @@ impl Cursor {
             }
             NextTracks::Message(tracks) => {
                 state.track_position = TrackPosition { sent: state.at, seen: state.at };
-                encoded(tracks, &self.consumer.account)
+                encoded(*tracks, &self.consumer.account)
             }
         }
     }

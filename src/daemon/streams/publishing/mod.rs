@@ -9,6 +9,7 @@
 //! Data flows from `views` (and `tracking`) to the logs (`view_log`, `track_log`, `published`), and from these to
 //! `cursor`.
 
+pub mod any_tracks;
 pub mod cursor;
 pub mod published;
 pub mod track_log;

@@ -8,13 +8,12 @@
 
 use std::sync::Arc;
 
-use hopes::topology::{RankedDot, Ranking};
-use hopes_protocol as wire;
+use hopes::topology::Ranking;
 
-use super::track_log::TrackLog;
+use super::any_tracks::AnyTrackLog;
 use crate::daemon::locks::{Guard, Level, Lock};
 use crate::daemon::memory::{Account, Charge};
-use crate::daemon::streams::convert;
+use crate::daemon::streams::convert::{Dots, Shape};
 
 /// The most persistent dots of a frame.
 #[derive(Debug)]
@@ -24,27 +23,22 @@ pub struct PublishedDots {
     /// The number of all dots.
     pub total: u64,
     /// As many as any consumer wants, the most persistent first.
-    pub dots: Vec<wire::Dot>,
+    pub dots: Dots,
     /// Held for its drop.
     _charge: Charge,
 }
 
 impl PublishedDots {
-    /// The dots of a ranking.
-    pub fn new(ranking: &Ranking, account: &Arc<Account>) -> Self {
-        // The wire's dots are those of the plane, which all have holes.
-        let dot = |ranked: &RankedDot| {
-            let ((a, b, birth, death), hole) = (convert::critical(&ranked.critical), ranked.hole?);
-            Some(wire::Dot { edge: (a, b), birth, death, center: hole.center.into(), radius: hole.radius })
-        };
-        let dots: Vec<wire::Dot> = ranking.dots.iter().filter_map(dot).collect();
-        let charge = account.charge(size_of_val(dots.as_slice()));
+    /// The dots of a ranking, of a stream of this shape.
+    pub fn new(shape: Shape, ranking: &Ranking, account: &Arc<Account>) -> Self {
+        let dots = Dots::new(shape, ranking);
+        let charge = account.charge(dots.bytes());
         Self { frame: ranking.number, total: ranking.total as u64, dots, _charge: charge }
     }
 
-    /// What a consumer gets that wants so many.
-    pub fn top(&self, most: usize) -> (u64, &[wire::Dot]) {
-        (self.total, &self.dots[..most.min(self.dots.len())])
+    /// Whether a consumer that wants so many gets the same of both.
+    pub fn has_same_top(&self, other: &Self, most: usize) -> bool {
+        self.total == other.total && self.dots.are_same(&other.dots, most)
     }
 
     /// Whether there are as many as a consumer may get that wants so many.
@@ -57,19 +51,18 @@ impl PublishedDots {
 #[derive(Debug)]
 pub struct Published {
     dots: Lock<Option<Arc<PublishedDots>>>,
-    tracks: Lock<TrackLog>,
-}
-
-impl Default for Published {
-    fn default() -> Self {
-        let (dots, tracks) = (Lock::new(Level::Published, None), Lock::new(Level::Published, TrackLog::default()));
-        Self { dots, tracks }
-    }
+    tracks: Lock<AnyTrackLog>,
 }
 
 impl Published {
+    /// Nothing yet, of a stream of this shape.
+    pub fn new(shape: Shape) -> Self {
+        let tracks = AnyTrackLog::new(shape != Shape::Plane);
+        Self { dots: Lock::new(Level::Published, None), tracks: Lock::new(Level::Published, tracks) }
+    }
+
     /// The log of its tracks.
-    pub fn tracks(&self) -> Guard<'_, TrackLog> {
+    pub fn tracks(&self) -> Guard<'_, AnyTrackLog> {
         self.tracks.lock()
     }
 

@@ -1,6 +1,6 @@
 //! The log of a stream's tracks: its last frames, for any number of consumers to read.
 //!
-//! In: [`TrackFrame`]s, one per frame. Out: [`wire::Tracks`] for a consumer, from its position.
+//! In: [`TrackFrame`]s, one per frame. Out: a message for a consumer, from its position.
 //! Invariants: frames
 //! follow upon each other without a gap. The oldest go when all of them take more than so many bytes; the newest always
 //! stays. Cycles that have not changed are shared between frames.
@@ -9,21 +9,22 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use hopes_protocol as wire;
+use hopes_protocol::{self as wire, TrackState};
 
 use crate::daemon::memory::{Account, Charge};
+use crate::daemon::streams::convert::{TrackKind, TrackSpan};
 
 /// What has happened to tracks up to a frame.
 #[derive(Debug)]
-pub struct TrackFrame {
+pub struct TrackFrame<K: TrackKind> {
     /// The frame.
     pub frame: u64,
     /// Its time.
     pub time: Option<f64>,
     /// Since the frame before.
-    pub events: Vec<wire::TrackEvent>,
+    pub events: Vec<K::Event>,
     /// All that are alive, by id, and their cycles, if a consumer wants them.
-    pub living: Vec<Living>,
+    pub living: Vec<Living<K>>,
     /// An estimate of the memory that it takes.
     pub bytes: usize,
     /// Held for its drop.
@@ -31,20 +32,20 @@ pub struct TrackFrame {
 }
 
 /// A track that is alive.
-#[derive(Clone, Debug)]
-pub struct Living {
+#[derive(Debug)]
+pub struct Living<K: TrackKind> {
     /// The track.
-    pub track: wire::Track,
+    pub track: K::Track,
     /// Its cycle, if a consumer wants it.
     pub cycle: Option<Arc<wire::TrackCycle>>,
 }
 
-impl TrackFrame {
+impl<K: TrackKind> TrackFrame<K> {
     /// A frame that takes about so many bytes, which are charged to an account.
     pub fn new(
         (frame, time): (u64, Option<f64>),
-        events: Vec<wire::TrackEvent>,
-        living: Vec<Living>,
+        events: Vec<K::Event>,
+        living: Vec<Living<K>>,
         bytes: usize,
         account: &Arc<Account>,
     ) -> Self {
@@ -53,21 +54,32 @@ impl TrackFrame {
     }
 
     /// All that are alive.
-    pub fn alive(&self) -> Vec<wire::Track> {
-        self.living.iter().map(|living| living.track).collect()
+    fn alive(&self) -> Vec<K::Track> {
+        self.living.iter().map(|living| living.track.clone()).collect()
+    }
+
+    /// What has happened since the frame before, with all that are alive if these are wanted.
+    pub fn changes(&self, stream: u32, with_alive: bool) -> wire::Message {
+        let alive = with_alive.then(|| self.alive());
+        let span = self.span(stream, self.frame.saturating_sub(1));
+        K::message(span, self.events.clone(), alive, Vec::new())
     }
 
     /// The message that follows the frame `from` in a recording. The first one, from 0, lists the living tracks in
     /// place of events.
-    pub fn message(&self, stream: u32, from: u64, with_alive: bool) -> wire::Tracks {
+    pub fn message(&self, stream: u32, from: u64, with_alive: bool) -> wire::Message {
         let is_first = from == 0;
         let events = if is_first { Vec::new() } else { self.events.clone() };
         let alive = (is_first || with_alive).then(|| self.alive());
-        wire::Tracks { stream, from, frame: self.frame, time: self.time, events, alive, cycles: Vec::new() }
+        K::message(self.span(stream, from), events, alive, Vec::new())
+    }
+
+    fn span(&self, stream: u32, from: u64) -> TrackSpan {
+        TrackSpan { stream, from, frame: self.frame, time: self.time }
     }
 
     fn cycle_of(&self, id: u64) -> Option<&Arc<wire::TrackCycle>> {
-        let place = self.living.binary_search_by_key(&id, |living| living.track.id).ok()?;
+        let place = self.living.binary_search_by_key(&id, |living| living.track.id()).ok()?;
         self.living[place].cycle.as_ref()
     }
 
@@ -94,17 +106,23 @@ pub enum NextTracks {
     /// Nothing has happened.
     Nothing,
     /// A message.
-    Message(wire::Tracks),
+    Message(Box<wire::Message>),
 }
 
 /// The last frames of a stream's tracks.
-#[derive(Debug, Default)]
-pub struct TrackLog {
-    frames: VecDeque<Arc<TrackFrame>>,
+#[derive(Debug)]
+pub struct TrackLog<K: TrackKind> {
+    frames: VecDeque<Arc<TrackFrame<K>>>,
     bytes: usize,
 }
 
-impl TrackLog {
+impl<K: TrackKind> Default for TrackLog<K> {
+    fn default() -> Self {
+        Self { frames: VecDeque::new(), bytes: 0 }
+    }
+}
+
+impl<K: TrackKind> TrackLog<K> {
     /// Drops the oldest frames while all take more than `limit` bytes.
     pub fn shrink(&mut self, limit: usize) {
         while self.bytes > limit && self.frames.len() > 1 {
@@ -113,13 +131,13 @@ impl TrackLog {
     }
 
     /// The newest frame.
-    pub fn newest(&self) -> Option<&Arc<TrackFrame>> {
+    pub fn newest(&self) -> Option<&Arc<TrackFrame<K>>> {
         self.frames.back()
     }
 
     /// Appends the newest frame, or replaces it if it is there; drops the oldest while all take more than `limit`
     /// bytes.
-    pub fn push(&mut self, frame: Arc<TrackFrame>, limit: usize) {
+    pub fn push(&mut self, frame: Arc<TrackFrame<K>>, limit: usize) {
         if self.newest().is_some_and(|newest| newest.frame == frame.frame) {
             self.bytes -= self.frames.pop_back().map_or(0, |newest| newest.bytes);
         }
@@ -137,7 +155,8 @@ impl TrackLog {
         };
         let now = &self.frames[last];
         let message = |from, events, alive, cycles| {
-            NextTracks::Message(wire::Tracks { stream, from, frame: at, time: now.time, events, alive, cycles })
+            let span = TrackSpan { frame: at, ..now.span(stream, from) };
+            NextTracks::Message(Box::new(K::message(span, events, alive, cycles)))
         };
         let cycles = |is_new: &dyn Fn(u64, &Arc<wire::TrackCycle>) -> bool| {
             let all = now.living.iter().filter(|_| with_cycles).filter_map(|living| living.cycle.as_ref());
@@ -150,7 +169,7 @@ impl TrackLog {
             return NextTracks::Nothing;
         }
         let run = self.frames.range(first + 1..=last);
-        let events: Vec<wire::TrackEvent> = run.flat_map(|frame| frame.events.iter().copied()).collect();
+        let events: Vec<K::Event> = run.flat_map(|frame| frame.events.iter().cloned()).collect();
         if wanted == wire::TracksWanted::Events {
             return if events.is_empty() {
                 NextTracks::Nothing
@@ -168,6 +187,9 @@ impl TrackLog {
 mod tests {
     use super::*;
 
+    type Frame = TrackFrame<wire::Tracks>;
+    type Log = TrackLog<wire::Tracks>;
+
     fn track(id: u64) -> wire::Track {
         let place = (0.0, 0.0);
         let (age, birth, death, radius, area) = (1, 0.5, 1.5, 1.5, 3.0);
@@ -175,11 +197,13 @@ mod tests {
     }
 
     /// A frame in which a track of its number is born, and those of all frames before are alive, some with new cycles.
-    fn frame(number: u64, before: Option<&TrackFrame>) -> TrackFrame {
+    fn frame(number: u64, before: Option<&Frame>) -> Frame {
         let event =
             wire::TrackEvent { frame: number, time: None, happening: wire::Happening::Born, track: track(number) };
         let cycle = |id| Some(Arc::new(wire::TrackCycle { id, walks: vec![vec![1, 2, number]] }));
-        let mut living = before.map_or(Vec::new(), |before| before.living.clone());
+        let again = |living: &Living<wire::Tracks>| Living { track: living.track, cycle: living.cycle.clone() };
+        let mut living: Vec<Living<wire::Tracks>> =
+            before.map_or(Vec::new(), |before| before.living.iter().map(again).collect());
         for living in living.iter_mut().filter(|living| (living.track.id + number).is_multiple_of(3)) {
             living.cycle = cycle(living.track.id);
         }
@@ -187,8 +211,8 @@ mod tests {
         TrackFrame::new((number, None), vec![event], living, 100, &Arc::default())
     }
 
-    fn ring(numbers: std::ops::RangeInclusive<u64>, limit: usize) -> TrackLog {
-        let mut ring = TrackLog::default();
+    fn ring(numbers: std::ops::RangeInclusive<u64>, limit: usize) -> Log {
+        let mut ring = Log::default();
         for number in numbers {
             let next = frame(number, ring.newest().map(|newest| &**newest));
             ring.push(Arc::new(next), limit);
@@ -197,10 +221,9 @@ mod tests {
     }
 
     fn message_of(next: NextTracks) -> wire::Tracks {
-        match next {
-            NextTracks::Message(tracks) => tracks,
-            other => panic!("{other:?}"),
-        }
+        let NextTracks::Message(message) = next else { panic!("{next:?}") };
+        let wire::Message::Tracks(tracks) = *message else { panic!("{message:?}") };
+        tracks
     }
 
     fn at(frame: u64) -> TrackPosition {

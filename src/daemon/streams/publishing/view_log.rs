@@ -18,7 +18,7 @@ use hopes_protocol as wire;
 use crate::daemon::encoding::Encoded;
 use crate::daemon::locks::{Guard, Level, Lock};
 use crate::daemon::memory::{Account, Charge};
-use crate::daemon::streams::convert;
+use crate::daemon::streams::convert::{self, Shape};
 
 /// What turned one frame of a view into the next one.
 #[derive(Debug)]
@@ -54,12 +54,12 @@ impl LogEntry {
     }
 
     /// One diff for a run of entries; none for no entries.
-    pub fn merged(stream: u32, run: &[Arc<Self>]) -> Option<wire::Diff> {
+    pub fn merged(stream: (u32, Shape), run: &[Arc<Self>]) -> Option<wire::Message> {
         let (first, last) = (run.first()?, run.last()?);
         let merged = Diff::merged(run.iter().map(|entry| &entry.diff));
         let rejected = run.iter().map(|entry| entry.info.rejected).sum();
         let frame = wire::FrameInfo { rejected, ..last.info.clone() };
-        Some(convert::wire_diff(stream, first.from, frame, &merged, last.checksum))
+        Some(convert::diff(stream, first.from, frame, &merged, last.checksum))
     }
 }
 

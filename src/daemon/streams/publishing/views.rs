@@ -12,12 +12,12 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use hopes::topology::{Follower, Pipeline, SimplifiedFollower, Step, TrackOptions};
+use hopes::topology::{Follower, SimplifiedFollower, Step, TrackOptions};
 use hopes_protocol as wire;
 
+use super::any_tracks::AnyTrackFrame;
 use super::cursor::{Cursor, Start};
 use super::published::PublishedDots;
-use super::track_log::TrackFrame;
 use super::tracking::Tracking;
 use super::view_log::{LogEntry, ViewLog};
 use crate::daemon::encoding::{Encoded, encoded};
@@ -26,6 +26,7 @@ use crate::daemon::report::report;
 use crate::daemon::settings::Limits;
 use crate::daemon::streams::consumer::SnapshotPlace;
 use crate::daemon::streams::convert;
+use crate::daemon::streams::pipeline::AnyPipeline;
 use crate::daemon::streams::requests::{Request, Wishes};
 use crate::daemon::streams::stream_state::StreamState;
 
@@ -35,7 +36,8 @@ const KEPT: Duration = Duration::from_secs(60);
 /// Views without cursors that are kept at the most: each is computed in every frame.
 const MOST_IDLE: usize = 8;
 
-/// An estimate of the bytes that a vertex takes in a snapshot, with its edges, before and after it is encoded.
+/// An estimate of the bytes that a vertex takes in a snapshot, with its edges, before and after it is encoded; without
+/// its coordinates beyond the second.
 const SNAPSHOT_BYTES_OF_A_VERTEX: u64 = 100;
 
 /// What a consumer is told for which there is no room.
@@ -63,7 +65,7 @@ impl ViewFollower {
     }
 
     /// What has changed since the last poll, if there is a new frame.
-    pub fn poll(&mut self, pipeline: &mut Pipeline) -> Option<Step> {
+    pub fn poll(&mut self, pipeline: &mut AnyPipeline) -> Option<Step> {
         match self {
             Self::Plain(follower) => pipeline.poll_step(follower),
             Self::Simplified(follower) => pipeline.poll_simplified(follower),
@@ -100,7 +102,7 @@ struct Watched {
 
 impl Watched {
     /// A view without cursors, whose first change will be that of the next frame.
-    fn new(view: wire::View, pipeline: &mut Pipeline) -> Self {
+    fn new(view: wire::View, pipeline: &mut AnyPipeline) -> Self {
         let mut follower = ViewFollower::new(view);
         let newest = follower.poll(pipeline).map_or(0, |step| step.number);
         let log = Arc::new(ViewLog::new(view, newest));
@@ -138,13 +140,14 @@ impl Watched {
         stream: &StreamState,
         cause: wire::Cause,
         rejected: u64,
-        pipeline: &mut Pipeline,
+        pipeline: &mut AnyPipeline,
     ) -> Option<Snapshot> {
         let known = self.known_snapshot(cause);
         known.or_else(|| {
             let view = self.log.view;
             let step = ViewFollower::new(view).poll(pipeline)?;
-            let snapshot = convert::snapshot(stream.number, view, cause, &step, rejected);
+            let frame = convert::frame_info(view, &step, rejected);
+            let snapshot = convert::snapshot((stream.number, stream.shape()), cause, frame, &step);
             let message = encoded(snapshot, &stream.accounts.views)?;
             self.snapshots.push(Snapshot { frame: step.number, cause, message });
             self.snapshots.last().cloned()
@@ -160,7 +163,7 @@ pub struct Views {
     /// Cursors in a stream that has no frame yet.
     early: Vec<Arc<Cursor>>,
     /// The newest frame in the view of the last [`Request::SnapshotOnce`].
-    once: Option<Arc<Charged<wire::Snapshot>>>,
+    once: Option<Arc<Charged<wire::Message>>>,
     /// Views at the most.
     most: usize,
     /// Bytes of changes that each log keeps.
@@ -172,7 +175,8 @@ pub struct Views {
 impl Views {
     /// No views. There will be `limits.views` at the most, each with a history of `limits.history` bytes.
     pub fn new(stream: Arc<StreamState>, memory: Arc<Memory>, limits: &Limits, tracking: Option<TrackOptions>) -> Self {
-        let tracking = tracking.map(|options| Tracking::new(options, Arc::clone(&stream.accounts.views)));
+        let tracking =
+            tracking.map(|options| Tracking::new(options, stream.space.is_some(), Arc::clone(&stream.accounts.views)));
         let (most, history) = (limits.views.get(), limits.history);
         let (watched, early, once, rejected) = (Vec::new(), Vec::new(), None, 0);
         Self { stream, memory, watched, early, once, most, history, tracking, rejected }
@@ -200,7 +204,7 @@ impl Views {
     }
 
     /// Serves a request of a consumer.
-    pub fn serve(&mut self, request: Request<Cursor>, pipeline: &mut Pipeline) {
+    pub fn serve(&mut self, request: Request<Cursor>, pipeline: &mut AnyPipeline) {
         match request {
             Request::Cursor(wishes) => self.serve_cursor(wishes, pipeline),
             Request::SnapshotOnce(view, answer) => {
@@ -215,7 +219,7 @@ impl Views {
         }
     }
 
-    fn serve_cursor(&mut self, wishes: Wishes<Cursor>, pipeline: &mut Pipeline) {
+    fn serve_cursor(&mut self, wishes: Wishes<Cursor>, pipeline: &mut AnyPipeline) {
         let Wishes { cursor, join, view: change, tracks, snapshot, leave } = wishes;
         if leave {
             self.remove(&cursor);
@@ -244,7 +248,7 @@ impl Views {
 
     /// Publishes what has happened to tracks up to the newest frame, if a consumer or the output wants it and it is not
     /// published yet.
-    pub fn publish_tracks(&mut self, pipeline: &mut Pipeline, has_output: bool) -> Option<Arc<TrackFrame>> {
+    pub fn publish_tracks(&mut self, pipeline: &mut AnyPipeline, has_output: bool) -> Option<AnyTrackFrame> {
         let history = self.history();
         let tracking = self.tracking.as_mut().filter(|_| pipeline.committed() > 0)?;
         let cursors = self.watched.iter().flat_map(|watched| &watched.cursors);
@@ -255,20 +259,16 @@ impl Views {
         let with_cycles = wanted == wire::TracksWanted::Cycles;
         let polled = tracking.poll(pipeline, with_cycles);
         let mut log = self.stream.published.tracks();
-        let newest = log.newest().cloned();
-        let frame = polled.or_else(|| {
-            let lacks_cycles = newest.filter(|newest| with_cycles && !newest.has_cycles());
-            lacks_cycles.map(|newest| tracking.with_cycles(pipeline, &newest))
-        });
-        let frame = Arc::new(frame?);
-        log.push(Arc::clone(&frame), history);
+        let newest = log.newest().filter(|_| with_cycles);
+        let frame = polled.or_else(|| tracking.with_cycles(pipeline, newest?))?;
+        log.push(&frame, history);
         drop(log);
         self.wake_all();
         Some(frame)
     }
 
     /// Publishes the newest frame in all views.
-    pub fn publish(&mut self, pipeline: &mut Pipeline, rejected: u64) {
+    pub fn publish(&mut self, pipeline: &mut AnyPipeline, rejected: u64) {
         (self.rejected, self.once) = (rejected, None);
         let history = self.history();
         self.watched.retain(|watched| watched.idle_since.is_none_or(|since| since.elapsed() < KEPT));
@@ -287,7 +287,7 @@ impl Views {
     }
 
     /// Closes all cursors after the stream's last frame.
-    pub fn close(&mut self, pipeline: &mut Pipeline, reason: &str) {
+    pub fn close(&mut self, pipeline: &mut AnyPipeline, reason: &str) {
         let cursors: Vec<Arc<Cursor>> = self.watched.iter().flat_map(|watched| watched.cursors.clone()).collect();
         for cursor in cursors {
             if cursor.needs_snapshot() && pipeline.committed() > 0 {
@@ -297,7 +297,13 @@ impl Views {
         }
     }
 
-    fn join(&mut self, cursor: &Arc<Cursor>, view: wire::View, resume: Option<wire::Resume>, pipeline: &mut Pipeline) {
+    fn join(
+        &mut self,
+        cursor: &Arc<Cursor>,
+        view: wire::View,
+        resume: Option<wire::Resume>,
+        pipeline: &mut AnyPipeline,
+    ) {
         self.stream.stats.consumers.fetch_add(1, Ordering::Relaxed);
         if !self.has_room_for(view, None) {
             return self.refuse(cursor, wire::ErrorCode::TooManyViews, &self.too_many_views());
@@ -317,7 +323,7 @@ impl Views {
     }
 
     /// A view that the cursor has left, and nobody else follows, is not kept: it was left on purpose.
-    fn change_view(&mut self, cursor: &Arc<Cursor>, change: wire::ChangeView, pipeline: &mut Pipeline) {
+    fn change_view(&mut self, cursor: &Arc<Cursor>, change: wire::ChangeView, pipeline: &mut AnyPipeline) {
         /// The type of the message that asks for it.
         const CHANGE_VIEW: u16 = 0x0202;
         if !self.has_room_for(change.view, Some(cursor)) {
@@ -357,7 +363,7 @@ impl Views {
     }
 
     /// A view that is watched; from now on, if it was not. There must be room for it.
-    fn watch(&mut self, view: wire::View, pipeline: &mut Pipeline) -> &mut Watched {
+    fn watch(&mut self, view: wire::View, pipeline: &mut AnyPipeline) -> &mut Watched {
         let place = self.watched.iter().position(|watched| watched.log.view == view).unwrap_or_else(|| {
             if self.watched.len() >= self.most {
                 self.drop_idle(self.idle_count().saturating_sub(1));
@@ -388,7 +394,7 @@ impl Views {
     }
 
     /// Gives a cursor the snapshot that it awaits; if there is no frame yet, the first one. A peer gets one at a time.
-    fn send_awaited(&mut self, cursor: &Arc<Cursor>, pipeline: &mut Pipeline) {
+    fn send_awaited(&mut self, cursor: &Arc<Cursor>, pipeline: &mut AnyPipeline) {
         if pipeline.committed() == 0 {
             self.early.push(Arc::clone(cursor));
             return;
@@ -399,7 +405,7 @@ impl Views {
         }
     }
 
-    fn send_snapshot(&mut self, cursor: &Arc<Cursor>, place: Option<SnapshotPlace>, pipeline: &mut Pipeline) {
+    fn send_snapshot(&mut self, cursor: &Arc<Cursor>, place: Option<SnapshotPlace>, pipeline: &mut AnyPipeline) {
         let Some(cause) = cursor.awaited() else { return };
         let Some(of_cursor) = self.watched.iter().position(|watched| watched.has(cursor)) else { return };
         let is_known = self.watched[of_cursor].known_snapshot(cause).is_some();
@@ -415,8 +421,9 @@ impl Views {
 
     /// Whether there is room for another snapshot, and for computing its frame, if need be without what can be made
     /// again.
-    fn makes_room_for_snapshot(&mut self, pipeline: &Pipeline) -> bool {
-        let of_snapshot = pipeline.vertex_count() as u64 * SNAPSHOT_BYTES_OF_A_VERTEX;
+    fn makes_room_for_snapshot(&mut self, pipeline: &AnyPipeline) -> bool {
+        let of_coordinates = 2 * size_of::<f64>() as u64 * u64::from(self.stream.shape().dimension().saturating_sub(2));
+        let of_snapshot = pipeline.vertex_count() as u64 * (SNAPSHOT_BYTES_OF_A_VERTEX + of_coordinates);
         let needed = of_snapshot + pipeline.bytes_to_compute() as u64;
         if self.memory.has_no_room_for(needed) {
             self.relieve();
@@ -425,8 +432,9 @@ impl Views {
     }
 
     /// The newest frame without a cursor; none if there is none yet, or no room for it. No view is followed for it.
-    fn snapshot_once(&mut self, view: wire::View, pipeline: &mut Pipeline) -> Option<Arc<Charged<wire::Snapshot>>> {
-        if let Some(known) = self.once.as_ref().filter(|known| known.frame.view == view) {
+    fn snapshot_once(&mut self, view: wire::View, pipeline: &mut AnyPipeline) -> Option<Arc<Charged<wire::Message>>> {
+        let is_of_view = |known: &wire::Message| known.frame().is_some_and(|frame| frame.view == view);
+        if let Some(known) = self.once.as_ref().filter(|known| is_of_view(known)) {
             return Some(Arc::clone(known));
         }
         self.once = None;
@@ -434,14 +442,15 @@ impl Views {
             return None;
         }
         let step = ViewFollower::new(view).poll(pipeline)?;
-        let snapshot = convert::snapshot(self.stream.number, view, wire::Cause::Start, &step, self.rejected);
-        let bytes = convert::snapshot_size(&snapshot.frame) as usize;
+        let (frame, shape) = (convert::frame_info(view, &step, self.rejected), self.stream.shape());
+        let bytes = convert::snapshot_size(&frame, shape) as usize;
+        let snapshot = convert::snapshot((self.stream.number, shape), wire::Cause::Start, frame, &step);
         self.once = Some(Arc::new(Charged::new(snapshot, bytes, &self.stream.accounts.views)));
         self.once.clone()
     }
 
     /// Publishes as many dots as any consumer wants.
-    fn publish_dots(&mut self, pipeline: &mut Pipeline) {
+    fn publish_dots(&mut self, pipeline: &mut AnyPipeline) {
         let cursors = self.watched.iter().flat_map(|watched| &watched.cursors);
         let most = cursors.map(|cursor| cursor.dots_wanted()).max().unwrap_or(0);
         let published = &self.stream.published;
@@ -451,7 +460,8 @@ impl Views {
         if published.dots().is_some_and(|dots| dots.frame == pipeline.committed() && dots.has_top(most)) {
             return;
         }
-        published.set_dots(Some(PublishedDots::new(&pipeline.poll_dots(most), &self.stream.accounts.views)));
+        let (shape, ranking) = (self.stream.shape(), pipeline.poll_dots(most));
+        published.set_dots(Some(PublishedDots::new(shape, &ranking, &self.stream.accounts.views)));
         self.wake_all();
     }
 
@@ -461,8 +471,8 @@ impl Views {
 }
 
 fn entry(stream: &StreamState, view: wire::View, step: Step, rejected: u64) -> Option<LogEntry> {
-    let message = convert::diff(stream.number, view, &step, rejected);
-    let (from, info, checksum) = (message.from, message.frame.clone(), message.checksum);
+    let (info, from, checksum) = (convert::frame_info(view, &step, rejected), step.from, step.checksum.0);
+    let message = convert::diff((stream.number, stream.shape()), from, info.clone(), &step.diff, checksum);
     let account = &stream.accounts.views;
     let message = encoded(message, account)?;
     Some(LogEntry::new(from, info, step.diff, checksum, message, account))

@@ -65,6 +65,11 @@ impl Embedding {
         Ok(Self { dimension, lag })
     }
 
+    /// The number of samples in a vector.
+    pub fn dimension(self) -> usize {
+        self.dimension
+    }
+
     /// From the first sample of a vector to its last.
     fn span(self) -> usize {
         (self.dimension - 1) * self.lag + 1

@@ -29,7 +29,7 @@ pub use columns::SpaceColumns;
 pub use distances::{DistanceForm, read_distances};
 pub use embedding::Embedding;
 pub use error::SpaceError;
-pub use points::{Coordinates, PointSettings};
+pub use points::{Coordinates, PointReader, PointRecord, PointSettings};
 pub use whole::read_points;
 
 /// The most coordinates of a point.

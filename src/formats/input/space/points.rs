@@ -170,6 +170,27 @@ impl<'a> PointReader<'a> {
         format!("{} {}", self.unit, self.place)
     }
 
+    /// The same as a number: what [`unit`](Self::unit) says is counted from 1.
+    pub fn number(&self) -> u64 {
+        self.place
+    }
+
+    /// What places count: lines, unless the file has none.
+    pub fn unit(&self) -> &'static str {
+        self.unit
+    }
+
+    /// Whether the next record is at hand, so that asking for it would not wait for the source.
+    pub fn is_ready(&mut self) -> bool {
+        let has_more = !self.judge.faults.is_empty() || self.judge.has_points();
+        has_more || either!(&mut self.reader, reader => reader.is_ready())
+    }
+
+    /// How many bytes of the source have been used.
+    pub fn bytes_read(&self) -> u64 {
+        either!(&self.reader, reader => reader.bytes_read())
+    }
+
     /// What was chosen without being asked for, for people; once, after it is known.
     pub fn take_choice(&mut self) -> Option<Choice> {
         either!(&mut self.reader, reader => reader.take_choice())

@@ -42,8 +42,12 @@ impl Sum {
 #[derive(Clone, Debug)]
 struct Dead {
     sum: Sum,
+    /// The number of its death.
+    number: u32,
     /// How many deaths there were when it was last rewritten.
     as_of: u32,
+    /// What it was when the birth died, if it was rewritten since and is remembered.
+    first: Option<Sum>,
 }
 
 /// All classes of a sweep.
@@ -54,9 +58,16 @@ pub struct Classes {
     dead: Vec<u64>,
     deaths: u32,
     work: Total,
+    /// Whether it is remembered what births became when they died.
+    remembers: bool,
 }
 
 impl Classes {
+    /// No classes yet. Those that [`settle_as_of`](Self::settle_as_of) is asked for remember what births became.
+    pub fn new(remembers: bool) -> Self {
+        Self { remembers, ..Self::default() }
+    }
+
     /// The number of births that are alive.
     pub fn alive(&self) -> usize {
         self.fates.len() - self.deaths as usize
@@ -109,8 +120,45 @@ impl Classes {
         });
         if let Some(fate) = &mut self.fates[birth as usize] {
             fate.as_of = self.deaths;
-            fate.sum = rewritten.unwrap_or_else(|| std::mem::replace(&mut fate.sum, Sum::Few(Vec::new())));
+            if let Some(sum) = rewritten {
+                let before = std::mem::replace(&mut fate.sum, sum);
+                if self.remembers {
+                    fate.first.get_or_insert(before);
+                }
+            }
         }
+    }
+
+    /// Rewrites a sum in terms of the births that were alive when those were dead for which `is_dead` holds: the first
+    /// ones to die, up to some death. The classes must remember.
+    pub fn settle_as_of(&self, is_dead: impl Fn(u32) -> bool, total: &mut [u64]) {
+        debug_assert!(self.remembers, "what births became is not remembered");
+        // What a birth became is a sum of elder ones, so one pass from the youngest down meets them all.
+        for birth in (0..self.fates.len() as u32).rev() {
+            let is_in = total[birth as usize / 64] >> (birth % 64) & 1 != 0;
+            if let Some(fate) = self.fates[birth as usize].as_ref().filter(|_| is_in && is_dead(birth)) {
+                toggle(total, birth);
+                fate.first.as_ref().unwrap_or(&fate.sum).add_to(total);
+            }
+        }
+    }
+
+    /// Splits a sum of births that were alive at one time into classes that die each by itself: of each its birth,
+    /// the eldest first. The class that dies with a birth is the sum of it and of what it became. The classes must
+    /// remember.
+    pub fn split_by_death(&self, total: &mut [u64]) -> Vec<u32> {
+        debug_assert!(self.remembers, "what births became is not remembered");
+        let mut found = Vec::new();
+        loop {
+            let dead = births(total).filter_map(|birth| Some((birth, self.fates[birth as usize].as_deref()?)));
+            let Some((birth, fate)) = dead.min_by_key(|(_, fate)| fate.number) else { break };
+            found.push(birth);
+            toggle(total, birth);
+            fate.first.as_ref().unwrap_or(&fate.sum).add_to(total);
+        }
+        found.extend(births(total));
+        found.sort_unstable();
+        found
     }
 
     /// Makes a settled sum zero. Returns the birth that dies of it: its youngest; none if it is zero already.
@@ -119,7 +167,8 @@ impl Classes {
         let birth = word as u32 * 64 + total[word].ilog2();
         toggle(total, birth);
         self.deaths += 1;
-        self.fates[birth as usize] = Some(Box::new(Dead { sum: Sum::of(total), as_of: self.deaths }));
+        self.fates[birth as usize] =
+            Some(Box::new(Dead { sum: Sum::of(total), number: self.deaths, as_of: self.deaths, first: None }));
         self.dead[word] |= 1 << (birth % 64);
         Some(birth)
     }
@@ -170,6 +219,39 @@ mod tests {
         assert_eq!(births(&total).count(), 0);
         assert_eq!(classes.kill(&mut total), None);
         assert_eq!(classes.alive(), 128);
+    }
+
+    #[test]
+    fn what_a_birth_became_is_remembered() {
+        let mut classes = Classes::new(true);
+        (0..130).for_each(|_| classes.bear());
+        classes.kill(&mut sum(&classes, &[3, 70, 129]));
+        classes.kill(&mut sum(&classes, &[3, 70]));
+        let mut now = sum(&classes, &[129]);
+        classes.settle(&mut now);
+        assert_eq!(births(&now).count(), 0);
+        let as_of = |dead: &[u32]| {
+            let mut total = sum(&classes, &[129, 5]);
+            classes.settle_as_of(|birth| dead.contains(&birth), &mut total);
+            births(&total).collect::<Vec<_>>()
+        };
+        assert_eq!(as_of(&[]), [5, 129]);
+        assert_eq!(as_of(&[129]), [3, 5, 70]);
+        assert_eq!(as_of(&[129, 70]), [5]);
+    }
+
+    #[test]
+    fn a_sum_is_split_into_classes_that_die_by_themselves() {
+        let mut classes = Classes::new(true);
+        (0..130).for_each(|_| classes.bear());
+        classes.kill(&mut sum(&classes, &[3, 70, 129]));
+        classes.kill(&mut sum(&classes, &[3, 70]));
+        let split = |births: &[u32]| classes.split_by_death(&mut sum(&classes, births));
+        // 3 + 70 + 129 dies with 129, and 3 + 70 with 70. 3 and 5 live on.
+        assert_eq!(split(&[3, 70, 129]), [129]);
+        assert_eq!(split(&[129]), [70, 129]);
+        assert_eq!(split(&[70, 5]), [3, 5, 70]);
+        assert_eq!(split(&[]), []);
     }
 
     #[test]

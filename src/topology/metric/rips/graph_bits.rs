@@ -32,6 +32,11 @@ impl GraphBits {
         }
     }
 
+    /// About how many bytes it takes.
+    pub fn bytes(&self) -> usize {
+        self.rows.capacity() * size_of::<u64>()
+    }
+
     /// The number of vertices.
     pub fn count(&self) -> usize {
         self.rows.len().checked_div(self.words).unwrap_or(0)

@@ -7,6 +7,8 @@
 //! a birth. So halving ends there.
 //! Must not know: which births are alive.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use super::classes::toggle;
 use super::graph_bits::GraphBits;
 use super::neighbours::{Neighbour, Neighbours};
@@ -16,6 +18,40 @@ use crate::topology::metric::space::Distances;
 
 /// About so many vertices of a lune are tried: halves of nearly half the length are short enough.
 const TRIED: usize = 32;
+
+/// Edges whose middles are remembered, at most: a quarter of a MiB.
+const REMEMBERED: usize = if cfg!(test) { 1 << 3 } else { 1 << 15 };
+
+/// The same for each vertex of a small space.
+const OF_A_VERTEX: usize = 32;
+
+/// Middles of edges that were found before. A vertex that is in the lune of an edge stays there: which edges come
+/// before it does not change. Of edges that fall on one place, the last is remembered.
+#[derive(Debug)]
+pub struct Middles(Vec<AtomicU64>);
+
+impl Middles {
+    /// None, of a space of so many vertices.
+    pub fn new(count: usize) -> Self {
+        let places = (OF_A_VERTEX * count).next_power_of_two().clamp(2, REMEMBERED);
+        Self((0..places).map(|_| AtomicU64::new(u64::MAX)).collect())
+    }
+
+    /// The middle of an edge, else what `find` finds. Vertices have two bytes.
+    #[inline]
+    fn get(&self, a: u32, b: u32, find: impl FnOnce() -> u32) -> u32 {
+        let name = u64::from(a.min(b)) << 16 | u64::from(a.max(b));
+        let hash = name.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let place = &self.0[(hash >> (64 - self.0.len().trailing_zeros())) as usize];
+        let held = place.load(Ordering::Relaxed);
+        if held >> 16 == name {
+            return (held & 0xffff) as u32;
+        }
+        let middle = find();
+        place.store(name << 16 | u64::from(middle), Ordering::Relaxed);
+        middle
+    }
+}
 
 /// What the class of an edge is found in.
 #[derive(Clone, Copy)]
@@ -28,6 +64,8 @@ pub struct Halving<'s> {
     pub graph: &'s GraphBits,
     /// The relative-neighbourhood edges among them.
     pub neighbours: &'s Neighbours,
+    /// What was found before.
+    pub middles: &'s Middles,
 }
 
 impl Halving<'_> {
@@ -39,7 +77,7 @@ impl Halving<'_> {
                 Some(Neighbour::Tree) => {}
                 Some(Neighbour::Birth(birth)) => toggle(total, birth),
                 None => {
-                    let c = self.middle(a, b);
+                    let c = self.middles.get(a, b, || self.middle(a, b));
                     edges.extend([(a, c), (c, b)]);
                 }
             }

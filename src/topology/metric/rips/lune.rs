@@ -59,6 +59,11 @@ impl Lunes {
         self.graph.clear();
     }
 
+    /// About how many bytes it takes.
+    pub fn bytes(&self) -> usize {
+        self.graph.bytes() + self.covering.capacity() * size_of::<u32>()
+    }
+
     /// The graph so far.
     pub fn graph(&self) -> &GraphBits {
         &self.graph

@@ -1,7 +1,7 @@
 //! The Vietoris-Rips filtration of a finite metric space: minimum spanning tree and labelled critical edges.
 //!
 //! In: [`Distances`], the longest length of the filtration.
-//! Out: [`Persistence`]: tree edges, and births with the edges that kill them.
+//! Out: [`Persistence`]: tree edges, and births with the edges that kill them. On request the classes of closed walks.
 //! Invariants: it is exact in the lengths, which are only compared. It depends on the space alone: not on the number of
 //! threads, not on what a [`Workspace`] remembers.
 //! Must not know: coordinates, skeletons, streams.
@@ -44,18 +44,22 @@ mod sweep;
 mod tests;
 #[cfg(test)]
 mod textbook;
+mod walks;
 
 use std::ops::RangeInclusive;
 
 use batches::Batches;
+use classes::Classes;
 use longer::longer_neighbours;
 use lune::Lunes;
 use packed::{Buckets, Packed};
 use placement::Placement;
 use sweep::Sweep;
+use walks::classes_of;
 
 pub use packed::MAX_VERTICES;
 pub use pair::Pair;
+pub use walks::{Class, ClosedWalk};
 
 use super::space::{Distances, Table};
 use crate::topology::base::thread_count;
@@ -106,6 +110,13 @@ impl Workspace {
             self.placement = self.placement.carried(before);
         }
     }
+
+    /// About how many bytes it takes.
+    pub fn bytes(&self) -> usize {
+        self.lunes.iter().map(Lunes::bytes).sum::<usize>()
+            + self.batch.capacity() * size_of::<Packed>()
+            + self.buckets.bytes()
+    }
 }
 
 /// Computes the filtration up to the length `limit`.
@@ -113,20 +124,36 @@ impl Workspace {
 /// # Panics
 /// If there are more than [`MAX_VERTICES`] vertices.
 pub fn persistence(space: &dyn Distances, limit: f64, workspace: &mut Workspace) -> Persistence {
+    persistence_and_classes(space, limit, &[], workspace).0
+}
+
+/// Computes the filtration up to the length `limit`, and the classes of closed walks; none where a step is no edge.
+/// Where a walk's length is beyond the limit, its class is that at the limit.
+///
+/// # Panics
+/// If there are more than [`MAX_VERTICES`] vertices, or a walk has a vertex that is not there.
+pub fn persistence_and_classes(
+    space: &dyn Distances,
+    limit: f64,
+    walks: &[ClosedWalk],
+    workspace: &mut Workspace,
+) -> (Persistence, Vec<Option<Class>>) {
     let count = space.count();
     assert!(count <= MAX_VERTICES, "ends of pairs have 16 bits");
     if count < 2 {
-        return Persistence::default();
+        return (Persistence::default(), classes_of(walks, space, limit, None, None));
     }
     if space.is_costly() && count <= TABULATED {
-        return persistence(&Table::new(space), limit, workspace);
+        return persistence_and_classes(&Table::new(space), limit, walks, workspace);
     }
     let threads = if count < FEW_VERTICES { 1 } else { thread_count().min(MOST_THREADS) };
     let mut run = Run::new(space, limit, threads, std::mem::take(workspace));
-    run.sweep();
+    run.remembers = !walks.is_empty();
+    let over = run.sweep();
+    let classes = classes_of(walks, space, run.limit, run.sweep.as_ref(), over);
     let (persistence, used) = run.finish();
     *workspace = used;
-    persistence
+    (persistence, classes)
 }
 
 /// One sweep.
@@ -134,6 +161,8 @@ struct Run<'s> {
     space: &'s dyn Distances,
     limit: f64,
     threads: usize,
+    /// Whether classes will be asked for.
+    remembers: bool,
     batches: Batches<'s>,
     batch: Vec<Packed>,
     buckets: Buckets,
@@ -156,6 +185,7 @@ impl<'s> Run<'s> {
             space,
             limit,
             threads,
+            remembers: false,
             batches: Batches::new(space, limit, threads),
             batch,
             buckets,
@@ -166,7 +196,9 @@ impl<'s> Run<'s> {
         }
     }
 
-    fn sweep(&mut self) {
+    /// Sweeps. If it ends before the limit since nothing is alive from there on, returns the length up to which all
+    /// pairs were added.
+    fn sweep(&mut self) -> Option<f64> {
         while !self.batches.is_empty() {
             let is_first = self.sweep.is_none();
             let taken = self.batches.taken();
@@ -180,13 +212,14 @@ impl<'s> Run<'s> {
                 let Some(longest) = self.add(number, &mut swept) else { continue };
                 // All pairs of one length are in one bucket.
                 if !is_first && !is_last && self.is_over(longest) {
-                    return;
+                    return Some(longest);
                 }
             }
             if self.is_over(end) {
-                return;
+                return Some(end);
             }
         }
+        None
     }
 
     /// Pairs of the next batch.
@@ -210,7 +243,7 @@ impl<'s> Run<'s> {
             self.batch.sort_unstable();
             Placement::along(count, self.batch.iter().map(|pair| pair.ends()))
         };
-        self.sweep = Some(Sweep::new(self.space, placement, lunes, self.threads));
+        self.sweep = Some(Sweep::new(self.space, placement, lunes, self.threads, Classes::new(self.remembers)));
     }
 
     /// Adds the pairs of a bucket, and their number to `swept`. Returns the longest length; none without pairs.

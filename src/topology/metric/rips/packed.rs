@@ -72,6 +72,12 @@ pub struct Buckets {
 const BUCKET: std::ops::RangeInclusive<usize> = 2048..=16384;
 
 impl Buckets {
+    /// About how many bytes they take.
+    pub fn bytes(&self) -> usize {
+        (self.pairs.capacity() + self.spare.capacity()) * size_of::<Packed>()
+            + self.ends.capacity() * size_of::<usize>()
+    }
+
     /// Puts pairs into buckets. Those of one key keep their order.
     pub fn fill(&mut self, pairs: &[Packed]) {
         let size = (pairs.len() / 16).clamp(*BUCKET.start(), *BUCKET.end());

@@ -10,7 +10,7 @@
 
 use super::classes::{Classes, Total};
 use super::forest::Forest;
-use super::halving::Halving;
+use super::halving::{Halving, Middles};
 use super::lune::{Lune, Lunes};
 use super::neighbours::{Neighbour, Neighbours};
 use super::packed::Packed;
@@ -37,11 +37,19 @@ pub struct Sweep<'s> {
     births: Vec<Pair>,
     deaths: Vec<Option<Pair>>,
     classes: Classes,
+    middles: Middles,
 }
 
 impl<'s> Sweep<'s> {
-    /// Before the first edge. Graphs may be those of another sweep of as many vertices.
-    pub fn new(space: &'s dyn Distances, placement: Placement, mut lunes: Vec<Lunes>, threads: usize) -> Self {
+    /// Before the first edge. Graphs may be those of another sweep of as many vertices. Classes may have to remember
+    /// what births became.
+    pub fn new(
+        space: &'s dyn Distances,
+        placement: Placement,
+        mut lunes: Vec<Lunes>,
+        threads: usize,
+        classes: Classes,
+    ) -> Self {
         let count = space.count();
         lunes.retain(|lunes| lunes.graph().count() == count);
         lunes.iter_mut().for_each(Lunes::clear);
@@ -55,7 +63,8 @@ impl<'s> Sweep<'s> {
             tree: Vec::new(),
             births: Vec::new(),
             deaths: Vec::new(),
-            classes: Classes::default(),
+            classes,
+            middles: Middles::new(count),
         }
     }
 
@@ -91,6 +100,7 @@ impl<'s> Sweep<'s> {
             placement: &self.placement,
             graph: self.lunes[0].graph(),
             neighbours: &self.neighbours,
+            middles: &self.middles,
         }
     }
 

@@ -1,5 +1,6 @@
 //! Tests of the sweep: against the textbook, on any number of threads, in a workspace that was used.
 
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 use proptest::prelude::*;
@@ -147,6 +148,133 @@ proptest! {
     fn larger_spaces_are_those_of_the_textbook(kind in 0..KINDS, count in 66..90_usize, seed: u64) {
         check(&*space(kind, count, seed), f64::INFINITY);
     }
+}
+
+/// The edges of a closed walk that it takes an odd number of times.
+fn odd_edges(walk: &[u32]) -> BTreeSet<[u32; 2]> {
+    let mut odd = BTreeSet::new();
+    for (&u, &v) in walk.iter().zip(walk.iter().cycle().skip(1)).filter(|(u, v)| u != v) {
+        let edge = [u.min(v), u.max(v)];
+        if !odd.remove(&edge) {
+            odd.insert(edge);
+        }
+    }
+    odd
+}
+
+/// The path between two vertices in a tree.
+fn tree_path(tree: &[Pair], from: u32, to: u32) -> Vec<u32> {
+    let mut paths = vec![vec![from]];
+    while let Some(path) = paths.pop() {
+        let last = path[path.len() - 1];
+        if last == to {
+            return path;
+        }
+        let next = tree.iter().filter_map(|edge| match edge.ends() {
+            [a, b] if a == last => Some(b),
+            [a, b] if b == last => Some(a),
+            _ => None,
+        });
+        paths.extend(next.filter(|next| !path.contains(next)).map(|next| [&path[..], &[next]].concat()));
+    }
+    panic!("{from} and {to} are in one component");
+}
+
+/// A walk of random steps along edges up to a length, closed by the steps back along the tree, so that it is there.
+fn closed_walk(space: &dyn Distances, tree: &[Pair], length: f64, random: &mut Random) -> ClosedWalk {
+    let count = space.count() as u64;
+    let start = random.below(count) as u32;
+    let mut vertices = vec![start];
+    for _ in 0..random.below(3 * count) {
+        let (last, next) = (vertices[vertices.len() - 1], random.below(count) as u32);
+        if space.length(last, next) <= length {
+            vertices.push(next);
+        }
+    }
+    let back = tree_path(tree, vertices[vertices.len() - 1], start);
+    vertices.extend(&back[1..]);
+    ClosedWalk { vertices, length }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 600, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_walk_is_the_sum_of_its_births(kind in 0..KINDS, count in 2..24_usize, seed: u64, stops: bool) {
+        let space = space(kind, count, seed);
+        let count = space.count() as u64;
+        let mut random = Random(seed);
+        let pick = |random: &mut Random| space.length(random.below(count) as u32, random.below(count) as u32);
+        let limit = if stops { pick(&mut random) } else { f64::INFINITY };
+        let plain = persistence(&*space, limit, &mut Workspace::default());
+        let lengths: Vec<f64> = (0..12).map(|_| pick(&mut random)).filter(|length| length.is_finite()).collect();
+        let walks: Vec<ClosedWalk> =
+            lengths.iter().map(|&length| closed_walk(&*space, &plain.tree, length.min(limit), &mut random)).collect();
+        let (found, classes) = persistence_and_classes(&*space, limit, &walks, &mut Workspace::default());
+        prop_assert_eq!(&found, &plain);
+        for (walk, class) in walks.iter().zip(classes) {
+            let Some(Class { births, .. }) = class else { panic!("{walk:?} is there") };
+            let mut cycle = odd_edges(&walk.vertices);
+            for birth in births {
+                let alive = |&(other, death): &(Pair, Option<Pair>)| {
+                    other == birth && death.is_none_or(|death| death.length > walk.length)
+                };
+                prop_assert!(birth.length <= walk.length && found.critical.iter().any(alive));
+                let closed = odd_edges(&tree_path(&found.tree, birth.a, birth.b));
+                cycle = cycle.symmetric_difference(&closed).copied().collect();
+            }
+            prop_assert!(textbook::is_boundary(&*space, walk.length, cycle));
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_walk_lives_as_long_as_its_dots(kind in 0..KINDS, count in 2..24_usize, seed: u64) {
+        let space = space(kind, count, seed);
+        let count = space.count() as u64;
+        let mut random = Random(seed);
+        let pick = |random: &mut Random| space.length(random.below(count) as u32, random.below(count) as u32);
+        let plain = persistence(&*space, f64::INFINITY, &mut Workspace::default());
+        let mut lengths: Vec<f64> = (0..9).map(|_| pick(&mut random)).filter(|length| length.is_finite()).collect();
+        lengths.sort_by(f64::total_cmp);
+        let Some(&first) = lengths.first() else { return Ok(()) };
+        let ClosedWalk { vertices, .. } = closed_walk(&*space, &plain.tree, first, &mut random);
+        let walks: Vec<ClosedWalk> =
+            lengths.iter().map(|&length| ClosedWalk { vertices: vertices.clone(), length }).collect();
+        let (_, classes) = persistence_and_classes(&*space, f64::INFINITY, &walks, &mut Workspace::default());
+        let mut left = classes[0].clone().expect("it is there").dots;
+        for (walk, class) in walks.iter().zip(classes) {
+            let class = class.expect("it is there");
+            let death = |dot: &Pair| plain.critical.iter().find(|(birth, _)| birth == dot).expect("it is a dot").1;
+            left.retain(|dot| death(dot).is_none_or(|death| death.length > walk.length));
+            prop_assert_eq!(&class.dots, &left);
+            prop_assert_eq!(class.births.is_empty(), left.is_empty());
+        }
+    }
+}
+
+#[test]
+fn walks_with_long_steps_have_no_class() {
+    let square = Points::new(Metric::Euclidean, 2, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0]).unwrap();
+    let walk = |vertices: &[u32], length| ClosedWalk { vertices: vertices.to_vec(), length };
+    let walks = [
+        walk(&[0, 1, 3, 2], 1.0),
+        walk(&[0, 1, 3, 2], 0.9),
+        walk(&[0, 1, 2], 1.5),
+        walk(&[0, 1, 3, 2], 2.0),
+        walk(&[0, 1, 3, 2, 2, 0, 1, 3, 2, 0], 1.0),
+        walk(&[], 0.0),
+        walk(&[3], 0.0),
+    ];
+    let of = |limit| persistence_and_classes(&square, limit, &walks, &mut Workspace::default()).1;
+    let birth = vec![Pair::new(1.0, 2, 3)];
+    let (one, zero) = (Some(Class { births: birth.clone(), dots: birth }), Some(Class::default()));
+    assert_eq!(of(f64::INFINITY), [&one, &None, &None, &zero, &zero, &zero, &zero].map(Clone::clone));
+    assert_eq!(of(1.5), [&one, &None, &None, &one, &zero, &zero, &zero].map(Clone::clone));
+    assert_eq!(of(0.5), [&None, &None, &None, &None, &None, &zero, &zero].map(Clone::clone));
 }
 
 #[test]

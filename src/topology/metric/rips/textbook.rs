@@ -1,10 +1,10 @@
 //! The textbook: all triangles, boundary reduction over Z/2, in the same total order. For small spaces, in tests.
 //!
 //! In: a space.
-//! Out: tree and critical edges.
+//! Out: tree and critical edges; whether a cycle is a boundary.
 //! Must not know: lunes, anything of the sweep but its order.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::forest::Forest;
 use super::{Pair, Persistence};
@@ -63,4 +63,28 @@ pub fn persistence(space: &dyn Distances, limit: f64) -> Persistence {
         critical: critical.filter(lives).collect(),
         tree: edges.iter().zip(&is_tree).filter(|(_, is_tree)| **is_tree).map(|(edge, _)| *edge).collect(),
     }
+}
+
+/// Whether edges, given by their ends, bound a sum of triangles of at most this length.
+pub fn is_boundary(space: &dyn Distances, length: f64, cycle: BTreeSet<[u32; 2]>) -> bool {
+    let count = space.count() as u32;
+    let is_edge = |a, b| space.length(a, b) <= length;
+    let mut reduced: BTreeMap<[u32; 2], BTreeSet<[u32; 2]>> = BTreeMap::new();
+    let reduce = |reduced: &BTreeMap<[u32; 2], BTreeSet<[u32; 2]>>, mut column: BTreeSet<[u32; 2]>| {
+        while let Some(other) = column.last().and_then(|last| reduced.get(last)) {
+            column = column.symmetric_difference(other).copied().collect();
+        }
+        column
+    };
+    for a in 0..count {
+        for b in (a + 1..count).filter(|&b| is_edge(a, b)) {
+            for c in (b + 1..count).filter(|&c| is_edge(a, c) && is_edge(b, c)) {
+                let column = reduce(&reduced, [[a, b], [a, c], [b, c]].into());
+                if let Some(&last) = column.last() {
+                    reduced.insert(last, column);
+                }
+            }
+        }
+    }
+    reduce(&reduced, cycle).is_empty()
 }

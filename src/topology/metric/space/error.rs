@@ -7,8 +7,7 @@
 
 use thiserror::Error;
 
-/// The largest number of coordinates of a point.
-pub const MAX_DIMENSION: usize = 4096;
+use crate::topology::base::MAX_DIMENSION;
 
 /// Why points or distances are refused.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]

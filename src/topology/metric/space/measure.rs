@@ -10,6 +10,7 @@
 //! compare squares of chords, and only what is shown is an angle or an arc.
 
 use super::error::SpaceError;
+use crate::topology::base::MAX_DIMENSION;
 
 /// The mean radius of the Earth in metres (IUGG).
 pub const EARTH_RADIUS: f64 = 6_371_008.8;
@@ -37,6 +38,37 @@ pub const LANES: usize = 8;
 pub type Lane = [f64; LANES];
 
 impl Metric {
+    /// Whether points may have so many coordinates.
+    ///
+    /// # Errors
+    /// [`SpaceError::Dimension`], [`SpaceError::NotOnTheSphere`].
+    pub fn check_dimension(self, dimension: usize) -> Result<(), SpaceError> {
+        match (self, dimension) {
+            (Self::Haversine, 1 | 3..=MAX_DIMENSION) => Err(SpaceError::NotOnTheSphere(dimension)),
+            (_, 1..=MAX_DIMENSION) => Ok(()),
+            _ => Err(SpaceError::Dimension(dimension)),
+        }
+    }
+
+    /// Whether a point with these finite coordinates has distances. `point` is its number, for the message.
+    ///
+    /// # Errors
+    /// [`SpaceError::NoDirection`], [`SpaceError::Latitude`].
+    pub fn check_point(self, point: usize, coordinates: &[f64]) -> Result<(), SpaceError> {
+        match (self, coordinates) {
+            (Self::Angular, _) if coordinates.iter().all(|&x| x == 0.0) => Err(SpaceError::NoDirection(point)),
+            (Self::Haversine, &[_, latitude]) if latitude.abs() > 90.0 => {
+                Err(SpaceError::Latitude { point, value: latitude })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether lengths are squares of distances, or of chords.
+    pub fn is_squared(self) -> bool {
+        !matches!(self, Self::Manhattan | Self::Chebyshev)
+    }
+
     /// Half of the distance that a length stands for.
     pub fn radius(self, length: f64) -> f64 {
         match self {
@@ -45,6 +77,22 @@ impl Metric {
             Self::Angular => half_angle(length),
             Self::Haversine => EARTH_RADIUS * half_angle(length),
         }
+    }
+
+    /// The distance between two points of one dimension, with finite coordinates.
+    ///
+    /// # Errors
+    /// [`SpaceError::NoDirection`], [`SpaceError::Latitude`].
+    pub fn distance(self, p: &[f64], q: &[f64]) -> Result<f64, SpaceError> {
+        let between = |p: &[f64], q: &[f64]| 2.0 * self.radius(self.sum(p.iter().zip(q).map(|(p, q)| p - q)));
+        if matches!(self, Self::Euclidean | Self::Manhattan | Self::Chebyshev) {
+            return Ok(between(p, q));
+        }
+        let mut places = [p, q].map(|point| vec![0.0; self.width(point.len())]);
+        for (number, point) in [p, q].into_iter().enumerate() {
+            self.place(number, point, &mut places[number])?;
+        }
+        Ok(between(&places[0], &places[1]))
     }
 
     /// The lengths from one point of the block `from` to all points of the block `to`.
@@ -75,14 +123,13 @@ impl Metric {
 
     /// The coordinates that lengths are taken of, from those of one point.
     pub(super) fn place(self, point: usize, coordinates: &[f64], out: &mut [f64]) -> Result<(), SpaceError> {
+        self.check_point(point, coordinates)?;
         match self {
-            Self::Angular => direction(point, coordinates, out),
-            Self::Haversine => on_the_sphere(point, coordinates, out),
-            _ => {
-                out.copy_from_slice(coordinates);
-                Ok(())
-            }
+            Self::Angular => direction(coordinates, out),
+            Self::Haversine => on_the_sphere(coordinates, out),
+            _ => out.copy_from_slice(coordinates),
         }
+        Ok(())
     }
 
     /// How many coordinates lengths are taken of, where points have `dimension`.
@@ -109,28 +156,20 @@ fn half_angle(squared_chord: f64) -> f64 {
 }
 
 /// A vector of length one in the same direction. It is scaled by its largest coordinate first, so that no square is
-/// lost.
-fn direction(point: usize, vector: &[f64], out: &mut [f64]) -> Result<(), SpaceError> {
+/// lost. The vector is not zero.
+fn direction(vector: &[f64], out: &mut [f64]) {
     let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    if largest == 0.0 {
-        return Err(SpaceError::NoDirection(point));
-    }
     let norm = vector.iter().map(|x| (x / largest) * (x / largest)).sum::<f64>().sqrt();
     for (out, x) in out.iter_mut().zip(vector) {
         *out = x / largest / norm;
     }
-    Ok(())
 }
 
-fn on_the_sphere(point: usize, degrees: &[f64], out: &mut [f64]) -> Result<(), SpaceError> {
+fn on_the_sphere(degrees: &[f64], out: &mut [f64]) {
     let (longitude, latitude) = (degrees[0], degrees[1]);
-    if latitude.abs() > 90.0 {
-        return Err(SpaceError::Latitude { point, value: latitude });
-    }
     let (sine, cosine) = turn(latitude);
     let (y, x) = turn(longitude);
     out.copy_from_slice(&[cosine * x, cosine * y, sine]);
-    Ok(())
 }
 
 /// Sine and cosine of degrees. They are exact at multiples of a right angle, so that a pole is one place and a full

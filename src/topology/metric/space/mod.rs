@@ -16,7 +16,8 @@ mod measure;
 mod points;
 mod table;
 
-pub use error::{MAX_DIMENSION, SpaceError};
+pub use crate::topology::base::MAX_DIMENSION;
+pub use error::SpaceError;
 pub use graph::Graph;
 pub use landmarks::{Landmarks, landmarks};
 pub use matrix::Matrix;

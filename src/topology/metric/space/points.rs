@@ -10,11 +10,9 @@
 //! dimension. Points of few coordinates also stand one by one, for single lengths.
 
 use super::Distances;
-use super::error::{MAX_DIMENSION, SpaceError};
+use super::error::SpaceError;
 use super::measure::{LANES, Lane, Metric};
-
-/// The largest magnitude of a coordinate: squares of differences of larger ones may overflow when they are summed.
-const MAX_MAGNITUDE: f64 = 1e150;
+use crate::topology::base::MAX_MAGNITUDE;
 
 /// So many coordinates are few.
 const FEW: usize = 4;
@@ -123,6 +121,20 @@ impl Points {
         points
     }
 
+    /// The vertex that is nearest to a point of the same dimension; the first one of equally near ones. None without
+    /// vertices.
+    ///
+    /// # Errors
+    /// [`SpaceError`] if the point has no distances.
+    pub fn nearest(&self, point: &[f64]) -> Result<Option<u32>, SpaceError> {
+        let mut place = vec![0.0; self.width];
+        self.metric.place(0, point, &mut place)?;
+        let block: Vec<Lane> = place.into_iter().map(|value| [value; LANES]).collect();
+        let lengths = |number: usize| self.metric.lengths(&block, 0, self.block(number));
+        let all = (0..self.rows.len().div_ceil(LANES)).flat_map(lengths).take(self.rows.len());
+        Ok(all.zip(0..).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, vertex)| vertex))
+    }
+
     #[inline]
     fn block(&self, number: usize) -> &[Lane] {
         &self.blocks[number * self.width..][..self.width]
@@ -170,12 +182,7 @@ impl Distances for Points {
 }
 
 fn check(metric: Metric, dimension: usize, coordinates: &[f64]) -> Result<(), SpaceError> {
-    if !(1..=MAX_DIMENSION).contains(&dimension) {
-        return Err(SpaceError::Dimension(dimension));
-    }
-    if metric == Metric::Haversine && dimension != 2 {
-        return Err(SpaceError::NotOnTheSphere(dimension));
-    }
+    metric.check_dimension(dimension)?;
     if !coordinates.len().is_multiple_of(dimension) {
         return Err(SpaceError::Ragged { values: coordinates.len(), dimension });
     }

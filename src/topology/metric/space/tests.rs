@@ -167,3 +167,47 @@ fn landmarks_cover_the_space() {
     let doubled = Matrix::from_lower(3, &[0.0, 1.0, 1.0]).unwrap();
     assert_eq!(landmarks(&doubled, 3).vertices, [0, 2]);
 }
+
+/// A cloud that suits all metrics.
+fn places(count: usize) -> Vec<f64> {
+    (0..count).flat_map(|i| [(i * i * 37 % 359) as f64 - 179.5, (i * 53 % 171) as f64 - 85.0]).collect()
+}
+
+const METRICS: [Metric; 5] =
+    [Metric::Euclidean, Metric::Manhattan, Metric::Chebyshev, Metric::Angular, Metric::Haversine];
+
+#[test]
+fn distances_of_points_are_those_of_vertices() {
+    let cloud = places(13);
+    for metric in METRICS {
+        let space = points(metric, 2, &cloud);
+        for (p, first) in cloud.chunks(2).zip(space.vertices()) {
+            for (q, second) in cloud.chunks(2).zip(space.vertices()) {
+                let expected = 2.0 * space.radius(space.length(*first, *second));
+                let found = metric.distance(p, q).unwrap();
+                assert!((found - expected).abs() <= 1e-12 * (1.0 + expected), "{metric:?}: {found}, not {expected}");
+            }
+        }
+    }
+    assert!(matches!(Metric::Angular.distance(&[1.0, 0.0], &[0.0, 0.0]), Err(SpaceError::NoDirection { .. })));
+    assert!(matches!(Metric::Haversine.distance(&[0.0, 91.0], &[0.0, 0.0]), Err(SpaceError::Latitude { .. })));
+}
+
+#[test]
+fn the_nearest_vertex_is_that_of_the_least_distance() {
+    let cloud = places(21);
+    for metric in METRICS {
+        let space = points(metric, 2, &cloud);
+        for point in [[0.5, 0.25], [-170.0, 80.0], [100.0, -3.0], [179.0, 1.0]] {
+            let distance = |row: u32| metric.distance(&point, &cloud[2 * row as usize..][..2]).unwrap();
+            let least = space.rows().iter().map(|&row| distance(row)).fold(f64::INFINITY, f64::min);
+            let nearest = space.nearest(&point).unwrap().unwrap();
+            assert_eq!(distance(space.rows()[nearest as usize]), least, "{metric:?} {point:?}");
+        }
+    }
+    // The first of equally near ones.
+    let square = points(Metric::Euclidean, 2, &[0.0, 0.0, 0.0, 2.0, 2.0, 0.0, 2.0, 2.0]);
+    assert_eq!(square.nearest(&[1.0, 1.0]).unwrap(), Some(0));
+    assert_eq!(points(Metric::Euclidean, 2, &[]).nearest(&[1.0, 1.0]).unwrap(), None);
+    assert!(points(Metric::Angular, 2, &[1.0, 0.0]).nearest(&[0.0, 0.0]).is_err());
+}

@@ -1,6 +1,6 @@
 //! The bounding box of the points, updated now and then.
 //!
-//! In: vertices.
+//! In: vertices; those of a projection have a box of their own, which stays the same when they are turned.
 //! Out: a box; the mean spacing of points in it.
 //! Invariants: all points are scanned at most once per interval, and only after a change.
 //! Must not know: cameras, what is drawn.
@@ -23,6 +23,7 @@ export class Bounds {
 
   /** The box around the points, at most one interval old; null while there are none. */
   update(vertices) {
+    if (vertices.count > 0 && vertices.box) return (this.box = vertices.box);
     const now = performance.now();
     if (vertices.count === 0 || (this.box && (vertices.version === this.version || now - this.updatedAt < INTERVAL))) {
       return this.box;

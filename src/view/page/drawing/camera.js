@@ -1,19 +1,25 @@
 //! The camera of the plane: centre and scale, moved by pointers, wheel and keys.
 //!
-//! In: a canvas and its events; bounds of the content.
-//! Out: centre and scale.
+//! In: a canvas and its events; bounds of the content; whether it can be turned.
+//! Out: centre and scale; turns, which are not the camera's own.
 //! Invariants: until the user moves it, the camera keeps the content in view. The point under a pointer stays under it.
 //! Must not know: what is drawn.
 
 const ZOOM_STEP = 1.25;
+/** The `buttons` of an event while the left one alone is down. */
+const LEFT_BUTTON = 1;
 /** How much larger the view is than the content. */
 const MARGIN = 1.1;
 
 export class Camera {
-  /** @param {HTMLCanvasElement} canvas @param {() => void} moved */
-  constructor(canvas, moved) {
+  /**
+   * @param {HTMLCanvasElement} canvas @param {() => void} moved
+   * @param {{canTurn: boolean, turn: (right: number, down: number) => void, turnBack: () => void}} content what turns
+   */
+  constructor(canvas, moved, content) {
     this.canvas = canvas;
     this.moved = moved;
+    this.content = content;
     this.x = 0;
     this.y = 0;
     /** CSS pixels a unit. */
@@ -94,11 +100,25 @@ export class Camera {
       canvas.addEventListener(name, (event) => this.down.delete(event.pointerId));
     }
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
-    canvas.addEventListener("dblclick", () => this.fit());
+    canvas.addEventListener("dblclick", () => {
+      this.content.turnBack();
+      this.fit();
+    });
+    canvas.addEventListener("contextmenu", (event) => {
+      // The right button moves what the left one turns.
+      if (this.content.canTurn) event.preventDefault();
+    });
     canvas.addEventListener("keydown", (event) => this.key(event));
   }
 
-  /** One pointer pans, two pointers zoom. */
+  /** Turns the content, if it can be turned and the user does not ask to move it; else moves it. */
+  turnOrPan(right, down, isMove) {
+    if (isMove || !this.content.canTurn) return this.pan(right, down);
+    this.content.turn(right, down);
+    this.moved();
+  }
+
+  /** One pointer turns or pans, two pointers zoom. */
   drag(event) {
     const before = this.down.get(event.pointerId);
     if (!before) return;
@@ -107,7 +127,8 @@ export class Camera {
     this.down.set(event.pointerId, now);
     this.travel += Math.hypot(now.x - before.x, now.y - before.y);
     if (this.travel < 3) return;
-    if (!other) return this.pan(now.x - before.x, now.y - before.y);
+    const isMove = event.shiftKey || (event.pointerType === "mouse" && event.buttons !== LEFT_BUTTON);
+    if (!other) return this.turnOrPan(now.x - before.x, now.y - before.y, isMove);
     const spread =
       Math.hypot(now.x - other.x, now.y - other.y) / (Math.hypot(before.x - other.x, before.y - other.y) || 1);
     this.zoom(Math.min(2, Math.max(0.5, spread)), other.x, other.y);
@@ -122,11 +143,12 @@ export class Camera {
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const step = 0.08 * Math.min(this.canvas.clientWidth, this.canvas.clientHeight);
+    const move = (right, down) => this.turnOrPan(right, down, event.shiftKey);
     const actions = {
-      ArrowLeft: () => this.pan(step, 0),
-      ArrowRight: () => this.pan(-step, 0),
-      ArrowUp: () => this.pan(0, step),
-      ArrowDown: () => this.pan(0, -step),
+      ArrowLeft: () => move(step, 0),
+      ArrowRight: () => move(-step, 0),
+      ArrowUp: () => move(0, step),
+      ArrowDown: () => move(0, -step),
       "+": () => this.zoom(ZOOM_STEP),
       "=": () => this.zoom(ZOOM_STEP),
       "-": () => this.zoom(1 / ZOOM_STEP),

@@ -53,7 +53,7 @@ function freestColor({ id, center }, colored) {
   const nearest = new Array(COUNT).fill(Infinity);
   for (const other of colored) {
     const index = known.get(other.id);
-    const distance = Math.hypot(center[0] - other.center[0], center[1] - other.center[1]);
+    const distance = Math.hypot(...center.map((value, axis) => value - other.center[axis]));
     if (!(distance >= nearest[index])) nearest[index] = distance;
   }
   let best = id % COUNT;

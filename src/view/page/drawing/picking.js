@@ -48,11 +48,16 @@ export const isPicked = (pick, track, birth, death) =>
   pick !== null && (track !== null ? pick.track === track : pick.birth === birth && pick.death === death);
 
 /**
- * The cycle at a point: that of the nearest critical edge within a radius, else that of the smallest hole around it.
+ * The cycle at a point: that of the nearest critical edge within a radius, else that of the smallest hole around it; in
+ * a space, where cycles are loops, that of the nearest loop within the radius.
  * @returns {Pick | null}
  */
 export function pickCycle(mirror, annotations, tracksByLabel, x, y, radius) {
-  return pickCritical(mirror, tracksByLabel, x, y, radius) ?? pickHole(mirror, annotations, tracksByLabel, x, y);
+  return (
+    pickCritical(mirror, tracksByLabel, x, y, radius) ??
+    pickLoop(mirror, annotations, x, y, radius) ??
+    pickHole(mirror, annotations, tracksByLabel, x, y)
+  );
 }
 
 function pickCritical({ critical, vertices }, tracksByLabel, x, y, radius) {
@@ -77,10 +82,24 @@ function squaredDistance(vertices, a, b, x, y) {
   return (x - ax - along * dx) ** 2 + (y - ay - along * dy) ** 2;
 }
 
+function pickLoop({ vertices }, { alive, cycles }, x, y, radius) {
+  let [best, nearest] = [null, radius * radius];
+  for (const track of alive) {
+    if (track.area !== null) continue;
+    for (const walk of cycles.get(track.id) ?? []) {
+      for (let i = 0; i < walk.length; i++) {
+        const distance = squaredDistance(vertices, walk[i], walk[(i + 1) % walk.length], x, y);
+        if (distance < nearest) [best, nearest] = [track, distance];
+      }
+    }
+  }
+  return best && { track: best.id, birth: best.birth, death: best.death };
+}
+
 function pickHole({ vertices }, { alive, cycles, dots }, tracksByLabel, x, y) {
   let best = null;
   for (const track of alive) {
-    if (best && track.area >= best.area) continue;
+    if (track.area === null || (best && track.area >= best.area)) continue;
     const walks = cycles.get(track.id);
     if (walks?.length > 0 && isInside(vertices, walks, x, y)) best = track;
   }

@@ -6,9 +6,11 @@
 //! drawn walk has no more corners than pixels.
 //! Must not know: sockets, messages.
 
+import { fadeBetween } from "../projection/vertices.js";
 import { Bounds } from "./bounds.js";
 import { colorOf, palette } from "./colors.js";
 import { forChangedRanges, writeEdgeIndices } from "./indices.js";
+import { DepthOrder } from "./layers.js";
 import { Raster, packColor } from "./raster.js";
 import {
   SIMPLIFIED_WIDTH,
@@ -22,6 +24,7 @@ import {
 
 /** The coordinates of free slots: outside of every view. */
 const OUTSIDE = -1e9;
+const POINT_OPACITY = 0.9;
 
 export class SoftwareRenderer {
   /**
@@ -33,6 +36,7 @@ export class SoftwareRenderer {
     this.camera = camera;
     this.tracksByLabel = tracksByLabel;
     this.bounds = new Bounds();
+    this.depthOrder = new DepthOrder();
     /** The frame on the screen, or null. */
     this.visibleFrame = null;
     /** How many holes are filled. */
@@ -62,7 +66,7 @@ export class SoftwareRenderer {
     const thick = this.drawThinCritical(mirror, pick);
     this.drawRaster();
     this.drawOutlines(mirror, annotations, pick);
-    for (const edge of thick) this.drawThickCritical(edge);
+    for (const edge of thick) this.drawThickLine(edge);
     if (annotations.simplified !== null) this.drawSimplified(simplified);
     this.visibleFrame = mirror.frame;
   }
@@ -115,39 +119,63 @@ export class SoftwareRenderer {
     });
   }
 
-  /** Draws tree edges and points. */
-  drawTree({ vertices, edges }, opacity) {
-    const { raster, positions, edgeIndices } = this;
+  /** Draws tree edges and points, by depth where there is one. */
+  drawTree(mirror, opacity) {
+    const { vertices, edges } = mirror;
+    this.raster.setDotSize(pointSize(this.bounds.spacing(vertices.count) * this.camera.scale));
+    if (vertices.depths) return this.drawLayers(mirror, opacity);
     const edge = packColor(palette.edge.rgb, opacity);
-    for (let at = 0; at < 2 * edges.end; at += 2) {
-      const [from, to] = [2 * edgeIndices[at], 2 * edgeIndices[at + 1]];
-      if (from !== to) raster.line(positions[from], positions[from + 1], positions[to], positions[to + 1], edge);
-    }
-    raster.setDotSize(pointSize(this.bounds.spacing(vertices.count) * this.camera.scale));
-    const point = packColor(palette.point.rgb, 0.9);
-    for (let at = 0; at < 2 * vertices.end; at += 2) raster.dot(positions[at], positions[at + 1], point);
+    for (let slot = 0; slot < edges.end; slot++) this.drawEdge(slot, edge);
+    const point = packColor(palette.point.rgb, POINT_OPACITY);
+    for (let slot = 0; slot < vertices.end; slot++) this.drawPoint(slot, point);
+  }
+
+  /** Draws edges and points by depth, the farthest first. */
+  drawLayers(mirror, opacity) {
+    const { depthOrder } = this;
+    depthOrder.sort(mirror, this.edgeIndices);
+    depthOrder.forEach(([firstEdge, lastEdge], [firstPoint, lastPoint], fade) => {
+      const edge = packColor(palette.edge.rgb, opacity * fade);
+      for (let i = firstEdge; i < lastEdge; i++) this.drawEdge(depthOrder.edges.order[i], edge);
+      const point = packColor(palette.point.rgb, POINT_OPACITY * fade);
+      for (let i = firstPoint; i < lastPoint; i++) this.drawPoint(depthOrder.points.order[i], point);
+    });
+  }
+
+  drawEdge(slot, word) {
+    const [from, to] = [this.edgeIndices[2 * slot], this.edgeIndices[2 * slot + 1]];
+    if (from !== to) this.drawThinLine(from, to, word);
+  }
+
+  drawPoint(slot, word) {
+    this.raster.dot(this.positions[2 * slot], this.positions[2 * slot + 1], word);
   }
 
   /** Draws the thin critical edges. Returns the thick ones. */
   drawThinCritical({ vertices, critical }, pick) {
-    const { raster, positions } = this;
     const thick = [];
     forCriticalEdges(critical, this.tracksByLabel, pick, (a, b, color, alpha, width) => {
-      const [from, to] = [2 * vertices.find(a), 2 * vertices.find(b)];
+      const [from, to] = [vertices.find(a), vertices.find(b)];
       if (from < 0 || to < 0) return;
-      if (width > 1) return void thick.push({ from, to, color, width });
-      const packed = packColor(color.rgb, alpha);
-      raster.line(positions[from], positions[from + 1], positions[to], positions[to + 1], packed);
+      const opacity = alpha * fadeBetween(vertices, from, to);
+      if (width > 1) thick.push({ from, to, color, opacity, width });
+      else this.drawThinLine(from, to, packColor(color.rgb, opacity));
     });
     return thick;
   }
 
-  drawThickCritical({ from, to, color, width }) {
+  drawThinLine(from, to, word) {
+    const { positions } = this;
+    this.raster.line(positions[2 * from], positions[2 * from + 1], positions[2 * to], positions[2 * to + 1], word);
+  }
+
+  /** Draws a line between two vertices. */
+  drawThickLine({ from, to, color, opacity, width }) {
     const { context, positions } = this;
     context.beginPath();
-    context.moveTo(positions[from], positions[from + 1]);
-    context.lineTo(positions[to], positions[to + 1]);
-    this.stroke(color, 1, width);
+    context.moveTo(positions[2 * from], positions[2 * from + 1]);
+    context.lineTo(positions[2 * to], positions[2 * to + 1]);
+    this.stroke(color, opacity, width);
   }
 
   stroke(color, alpha, width) {
@@ -174,13 +202,26 @@ export class SoftwareRenderer {
     context.globalAlpha = 1;
   }
 
-  drawOutlines(mirror, annotations, pick) {
+  drawOutlines({ vertices }, annotations, pick) {
     const { context } = this;
     for (const { circle, walk, color, alpha, width } of outlinesOf(annotations, this.tracksByLabel, pick)) {
+      if (walk && vertices.depths) {
+        this.drawLoop(vertices, walk, color, alpha, width);
+        continue;
+      }
       context.beginPath();
-      if (walk) this.trace(mirror.vertices, walk);
+      if (walk) this.trace(vertices, walk);
       else context.arc(...this.place(circle.x, circle.y), circle.radius * this.camera.scale, 0, 7);
       this.stroke(color, alpha, width);
+    }
+  }
+
+  /** Draws a walk whose lines are paler the farther away they are. */
+  drawLoop(vertices, walk, color, alpha, width) {
+    for (let i = 0; i < walk.length; i++) {
+      const [from, to] = [vertices.find(walk[i]), vertices.find(walk[(i + 1) % walk.length])];
+      if (from < 0 || to < 0) continue;
+      this.drawThickLine({ from, to, color, opacity: alpha * fadeBetween(vertices, from, to), width });
     }
   }
 

@@ -5,6 +5,7 @@
 //! Invariants: a track's strips have its colour. The order of strips is the order in which they are drawn.
 //! Must not know: cameras.
 
+import { fadeBetween } from "../projection/vertices.js";
 import { palette } from "./colors.js";
 import { CORNERS, SIMPLIFIED_WIDTH, forCriticalEdges, outlinesOf } from "./styles.js";
 import { STRIP, StripTexture } from "./webgl.js";
@@ -74,7 +75,8 @@ export class Strips {
     if (from < 0 || to < 0) return;
     const { positions } = this.space;
     const [ax, ay] = [positions[2 * from], positions[2 * from + 1]];
-    this.addStrip(ax, ay, positions[2 * to], positions[2 * to + 1], rgb, alpha, width);
+    const opacity = alpha * fadeBetween(vertices, from, to);
+    this.addStrip(ax, ay, positions[2 * to], positions[2 * to + 1], rgb, opacity, width);
   }
 
   addStrip(ax, ay, bx, by, rgb, alpha, width) {

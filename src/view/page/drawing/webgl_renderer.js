@@ -9,6 +9,7 @@
 import { Bounds } from "./bounds.js";
 import { colorOf, palette } from "./colors.js";
 import { forChangedRanges, writeEdgeIndices } from "./indices.js";
+import { DepthOrder } from "./layers.js";
 import { Strips } from "./strips.js";
 import { fillOpacity, filledHoles, pointSize, treeOpacity } from "./styles.js";
 import { Buffer, programs } from "./webgl.js";
@@ -27,6 +28,7 @@ export class WebglRenderer {
     this.tracksByLabel = tracksByLabel;
     this.origin = { x: 0, y: 0, unit: 1 };
     this.bounds = new Bounds();
+    this.depthOrder = new DepthOrder();
     this.gl = gl;
     /** The newest frame whose drawing is finished, and drawings that may not be finished, the oldest first. */
     this.finished = null;
@@ -44,6 +46,8 @@ export class WebglRenderer {
     this.positions = new Buffer(gl, gl.ARRAY_BUFFER, Float32Array);
     this.edgeIndices = new Buffer(gl, gl.ELEMENT_ARRAY_BUFFER, Uint32Array);
     this.fans = new Buffer(gl, gl.ELEMENT_ARRAY_BUFFER, Uint32Array);
+    /** Points and edges by depth. */
+    this.sorted = new Buffer(gl, gl.ELEMENT_ARRAY_BUFFER, Uint32Array);
     this.strips = new Strips(gl, this.tracksByLabel);
     this.positionsArray = this.vertexArray(() => {
       this.positions.bind();
@@ -74,8 +78,11 @@ export class WebglRenderer {
     gl.bindVertexArray(this.positionsArray);
     this.useFlat();
     this.drawHoles(mirror, annotations, pick);
-    this.drawEdges(mirror, treeOpacity(annotations));
-    this.drawPoints(mirror);
+    if (mirror.vertices.depths) this.drawLayers(mirror, treeOpacity(annotations));
+    else {
+      this.drawEdges(mirror, treeOpacity(annotations));
+      this.drawPoints(mirror);
+    }
     this.drawStrips(picture, pick);
     gl.bindVertexArray(null);
     this.pending.push({ frame: mirror.frame, fence: gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0) });
@@ -182,13 +189,41 @@ export class WebglRenderer {
 
   /** Draws points, as large as their spacing allows. */
   drawPoints({ vertices }) {
+    this.setPoints(vertices, 1);
+    this.gl.drawArrays(this.gl.POINTS, 0, vertices.end);
+  }
+
+  /** Sets size and colour of points. */
+  setPoints({ count }, opacity) {
     const { gl } = this;
-    const spacing = this.bounds.spacing(vertices.count) * this.camera.scale;
+    const spacing = this.bounds.spacing(count) * this.camera.scale;
     gl.uniform1f(this.programs.flat.size, this.ratio * pointSize(spacing));
     gl.uniform1i(this.programs.flat.isRound, 1);
     // Where points overlap, their number makes the shade.
-    this.setColor(palette.point, spacing < 4 ? 0.55 : 0.9);
-    gl.drawArrays(gl.POINTS, 0, vertices.end);
+    this.setColor(palette.point, opacity * (spacing < 4 ? 0.55 : 0.9));
+  }
+
+  /** Draws edges and points by depth, the farthest first. */
+  drawLayers(mirror, opacity) {
+    const { gl, sorted, depthOrder, edgeIndices } = this;
+    depthOrder.sort(mirror, edgeIndices.array);
+    const { points, edges } = depthOrder;
+    sorted.reserve(points.count + 2 * edges.count);
+    sorted.array.set(points.order.subarray(0, points.count));
+    for (let i = 0, at = points.count; i < edges.count; i++) {
+      sorted.array[at++] = edgeIndices.array[2 * edges.order[i]];
+      sorted.array[at++] = edgeIndices.array[2 * edges.order[i] + 1];
+    }
+    sorted.bind();
+    sorted.write(0, points.count + 2 * edges.count);
+    depthOrder.forEach(([firstEdge, lastEdge], [firstPoint, lastPoint], fade) => {
+      gl.uniform1i(this.programs.flat.isRound, 0);
+      this.setColor(palette.edge, opacity * fade);
+      const start = 4 * (points.count + 2 * firstEdge);
+      gl.drawElements(gl.LINES, 2 * (lastEdge - firstEdge), gl.UNSIGNED_INT, start);
+      this.setPoints(mirror.vertices, fade);
+      gl.drawElements(gl.POINTS, lastPoint - firstPoint, gl.UNSIGNED_INT, 4 * firstPoint);
+    });
   }
 
   /** Fills each hole with the stencil: inside is where an odd number of the triangles of its fans overlap. */

@@ -6,6 +6,7 @@
 //! Must not know: bytes of messages, drawing.
 
 import { formatNumber } from "./numbers.js";
+import { shortSpaceName } from "./spaces.js";
 
 /** The end of the slider's range. The scale grows with the square of its value, so small scales have more room. */
 const SLIDER = 1000;
@@ -40,6 +41,9 @@ export function hashOf({ stream, view: { cut, simplify } }) {
 }
 
 const kindOf = (cut) => (cut === "Full" ? "full" : cut.Derived ? "derived" : "reduced");
+
+/** A stream in the list: its name, and its space if that is not the plane. */
+const labelOf = (name, space) => (space ? `${name} (${shortSpaceName(space)})` : name);
 
 export class Controls {
   /**
@@ -138,14 +142,17 @@ export class Controls {
 
   /** Lists the streams to choose from. */
   showStreams() {
-    const { streams, choice } = this.session;
-    const names = streams.map((stream) => stream.name);
-    if (choice.stream !== null && !names.includes(choice.stream)) names.push(choice.stream);
+    const { streams, spaces, choice } = this.session;
+    const options = streams.map(({ name, stream }) => ({ name, label: labelOf(name, spaces.get(stream)) }));
+    if (choice.stream !== null && !options.some(({ name }) => name === choice.stream)) {
+      options.push({ name: choice.stream, label: choice.stream });
+    }
+    const listed = options.map(({ label }) => label).join("\n");
     const select = el("stream");
-    if (names.join("\n") !== this.listed) {
-      this.listed = names.join("\n");
-      select.replaceChildren(...names.map((name) => new Option(name, name)));
-      select.disabled = names.length === 0;
+    if (listed !== this.listed) {
+      this.listed = listed;
+      select.replaceChildren(...options.map(({ name, label }) => new Option(label, name)));
+      select.disabled = options.length === 0;
     }
     select.value = choice.stream ?? "";
     this.show();

@@ -3,7 +3,8 @@
 //!
 //! In: a frame and its dots, the picked cycle.
 //! Out: pixels; the dot and the number of dots under a pointer.
-//! Invariants: both axes have one scale, so that the diagonal rises by 45 degrees. The dots drawn as cycles of the view
+//! Invariants: both axes have one scale, so that the diagonal rises by 45 degrees. Dots that never die are on a line at
+//! the top. The dots drawn as cycles of the view
 //! are those that the annotations mark. All numbers are the daemon's, except for the far sides of gaps, which are
 //! computed here.
 //! Must not know: the plane, messages.
@@ -18,6 +19,12 @@ const LEFT = 44;
 const BOTTOM = 32;
 const TOP = 10;
 const RIGHT = 14;
+/** How far below the top the line of dots that never die is, in pixels; how near to it a pointer must be. */
+const LINE = 9;
+const LINE_REACH = 7;
+/** How much larger the axes are than the largest scale, without and with that line. */
+const HEADROOM = 1.06;
+const LINE_HEADROOM = 1.16;
 /** How near to a dot a pointer must be, in pixels. */
 const PICK_RADIUS = 14;
 /** Up to so many cycles of the view all have a large dot. */
@@ -31,8 +38,9 @@ export class Diagram {
     this.canvas = canvas;
     this.tracksByLabel = tracksByLabel;
     this.crowds = new Crowds();
-    /** The largest scale on the axes. */
+    /** The largest scale on the axes, and whether some dots never die. */
     this.largest = 0;
+    this.hasImmortals = false;
     /** Birth and death of each dot in turn, the most persistent first. */
     this.dots = new Float64Array(0);
     /** How many dots are drawn as cycles of the view. */
@@ -59,6 +67,7 @@ export class Diagram {
     context.rect(this.left, TOP, this.side, this.side);
     context.clip();
     if (frame) this.shade(frame, dots.total);
+    if (this.hasImmortals) this.drawLine();
     this.drawDots(frame, dots.isShown, pick);
     context.restore();
     this.drawAxes();
@@ -67,8 +76,9 @@ export class Diagram {
 
   /** Lets the axes follow the dots, with hysteresis. */
   scaleAxes() {
-    let largest = 0;
-    for (let at = 1; at < this.dots.length; at += 2) largest = Math.max(largest, 1.06 * this.dots[at]);
+    const { highest, hasImmortals } = extentOf(this.dots);
+    this.hasImmortals = hasImmortals;
+    const largest = (hasImmortals ? LINE_HEADROOM : HEADROOM) * highest;
     if (largest > this.largest || largest < 0.7 * this.largest) this.largest = largest || 1;
   }
 
@@ -77,6 +87,7 @@ export class Diagram {
   }
 
   y(death) {
+    if (death === Infinity) return TOP + LINE;
     return this.bottom - (death / this.largest) * this.side;
   }
 
@@ -218,8 +229,11 @@ export class Diagram {
       context.textAlign = "center";
       if (this.x(tick) < left + side - 8 || tick === 0) context.fillText(formatNumber(tick), this.x(tick), bottom + 14);
       context.textAlign = "right";
-      if (tick > 0) context.fillText(formatNumber(tick), left - 6, this.y(tick) + 4);
+      const isFree = !this.hasImmortals || this.y(tick) > TOP + 2 * LINE;
+      if (tick > 0 && isFree) context.fillText(formatNumber(tick), left - 6, this.y(tick) + 4);
     }
+    context.textAlign = "right";
+    if (this.hasImmortals) context.fillText("∞", left - 6, this.y(Infinity) + 4);
     context.textAlign = "center";
     context.fillText("birth", left + side / 2, bottom + 28);
     context.save();
@@ -227,6 +241,14 @@ export class Diagram {
     context.rotate(-Math.PI / 2);
     context.fillText("death", 0, 0);
     context.restore();
+  }
+
+  /** Draws the line of the dots that never die. */
+  drawLine() {
+    this.line(withAlpha(palette.muted, 0.8), [
+      [0, Infinity],
+      [this.largest, Infinity],
+    ]);
   }
 
   /** Draws what the marks mean, right of the diagonal, where no dot can be. */
@@ -272,8 +294,21 @@ export class Diagram {
     const crowd = this.crowds.countAt(left, top);
     if (crowd > 0) return `${formatCount(crowd)} dots here`;
     const [birth, death] = [left - this.left, this.bottom - top].map((pixels) => (pixels * this.largest) / this.side);
+    if (this.hasImmortals && Math.abs(top - this.y(Infinity)) <= LINE_REACH)
+      return `birth ${formatNumber(birth)}, death ∞`;
     return death < birth ? "" : `birth ${formatNumber(birth)}, death ${formatNumber(death)}`;
   }
+}
+
+/** The largest scale of dots that is not infinite, and whether some never die. */
+export function extentOf(dots) {
+  let [highest, hasImmortals] = [0, false];
+  for (let at = 0; at < dots.length; at += 2) {
+    const isImmortal = dots[at + 1] === Infinity;
+    hasImmortals ||= isImmortal;
+    highest = Math.max(highest, isImmortal ? dots[at] : dots[at + 1]);
+  }
+  return { highest, hasImmortals };
 }
 
 /**

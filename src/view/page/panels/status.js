@@ -8,6 +8,7 @@
 
 import { colorOf } from "../drawing/colors.js";
 import { formatCount, formatNumber } from "./numbers.js";
+import { spaceName } from "./spaces.js";
 
 /** Milliseconds after which points without a frame are a sign that nobody closes frames. */
 const COMMIT_PATIENCE = 2000;
@@ -66,7 +67,9 @@ export function showStatus(session, followed, drawn) {
   setText("points", frame ? formatCount(frame.points) : "–");
   setText("edges", formatCount(mirror.edges.count));
   el("legend-simplified").hidden = annotations.simplified === null;
+  setText("space", frame ? spaceName(mirror) : "");
   setText("words", frame ? wordsFor(frame, session.noTracksReason ? null : annotations.alive.length) : "–");
+  document.body.dataset.space = frame && mirror.metric !== null ? "any" : "plane";
   setText("steps", paused ? `${formatCount(history.before)} frames back, ${formatCount(history.after)} on` : "");
   const gaps = frame?.view.cut.Derived ? frame : null;
   setText("ds", gaps ? `ds ${formatNumber(gaps.ds)}` : "");

@@ -59,8 +59,15 @@ export class Reader {
   }
 
   f64() {
+    const value = this.scale();
+    if (value === Infinity) throw new BodyError(`${value} is not finite`);
+    return value;
+  }
+
+  /** A number that may be +infinity, as the death of a cycle that is never filled. */
+  scale() {
     const value = this.view.getFloat64(this.take(8), true);
-    if (!Number.isFinite(value)) throw new BodyError(`${value} is not finite`);
+    if (!(value > -Infinity)) throw new BodyError(`${value} is not finite`);
     return value;
   }
 
@@ -131,6 +138,8 @@ const unsigned = (size) => ({
 export const u16 = unsigned(2);
 export const u32 = unsigned(4);
 export const u64 = unsigned(8);
+/** An id that fits a Number. @type {Type} */
+export const id = { smallest: 1, read: (from) => from.id(), write: (to, value) => to.unsigned(value) };
 /** @type {Type} */
 export const f64 = { smallest: 8, read: (from) => from.f64(), write: (to, value) => to.f64(value) };
 /** @type {Type} */
@@ -209,17 +218,17 @@ export const oneOf = (what, cases) => ({
 
 /**
  * A list of rows, each of ids and then numbers, in one flat array: nothing is allocated for a row. Such lists are only
- * read, since a consumer sends none.
+ * read, since a consumer sends none. If the rows may be endless, the last number of each may be +infinity.
  * @returns {Type}
  */
-export const rows = (ids, numbers) => ({
+export const rows = (ids, numbers, mayBeEndless = false) => ({
   smallest: 1,
   read(from) {
     const width = ids + numbers;
     const values = new Float64Array(from.count(ids + 8 * numbers) * width);
     for (let at = 0; at < values.length; at += width) {
       for (let i = 0; i < ids; i++) values[at + i] = from.id();
-      for (let i = ids; i < width; i++) values[at + i] = from.f64();
+      for (let i = ids; i < width; i++) values[at + i] = mayBeEndless && i === width - 1 ? from.scale() : from.f64();
     }
     return values;
   },

@@ -50,10 +50,10 @@ export function marksOf(labels, critical) {
   return marks;
 }
 
-/** The holes of the most persistent marked dots: label, centre and radius. */
+/** The holes of the most persistent marked dots: label, centre and radius. Dots of a space have no rows, and no holes. */
 export function holesOf(rows, marks) {
   const holes = [];
-  for (let i = 0; i < marks.length && holes.length < HOLE * MAX_HOLES; i++) {
+  for (let i = 0; DOT * i < rows.length && holes.length < HOLE * MAX_HOLES; i++) {
     if (marks[i]) holes.push(...rows.subarray(DOT * i + 2, DOT * i + 7));
   }
   return Float64Array.from(holes);

@@ -1,9 +1,9 @@
 //! A mirror of one view of one stream: the state after each snapshot and each diff, verified by its checksum.
 //!
-//! In: `Snapshot` and `Diff` messages.
+//! In: `Snapshot` and `Diff` messages; those of a space in the form that `spaces.js` gives them.
 //! Out: rows of vertices, edges and critical edges; the inverse of each diff.
-//! Invariants: a vertex that stays keeps its slot, even if it moves. After a `Contradiction` the state is invalid until
-//! the next snapshot.
+//! Invariants: a vertex has two coordinates in the plane and `dimension` in a space. One that stays keeps its slot,
+//! even if it moves. After a `Contradiction` the state is invalid until the next snapshot.
 //! Must not know: tracks, graphics, sockets.
 
 import { Elements } from "./elements.js";
@@ -19,7 +19,7 @@ export class Contradiction extends Error {}
 
 export class Mirror {
   constructor() {
-    this.vertices = new Elements(1, 1, 3);
+    this.setSpace(null, 2);
     this.edges = new Elements(2, 2, 2);
     this.critical = new Elements(3, 2, 4);
     /** The frame that is held, or null. */
@@ -32,9 +32,17 @@ export class Mirror {
     this.frame = null;
   }
 
+  /** Sets metric and dimension. The metric of the plane is null; the dimension is 0 while no point has come. */
+  setSpace(metric, dimension) {
+    if (this.dimension !== dimension) this.vertices = new Elements(1, 1, 1 + dimension);
+    this.metric = metric;
+    this.dimension = dimension;
+  }
+
   /** Replaces everything. */
   applySnapshot(snapshot) {
     this.frame = null;
+    this.setSpace(snapshot.metric ?? null, snapshot.dimension ?? 2);
     for (const [elements, list] of [
       [this.vertices, snapshot.vertices],
       [this.edges, snapshot.edges],
@@ -52,9 +60,17 @@ export class Mirror {
       throw new Contradiction(`a diff from frame ${diff.from} came, and frame ${this.frame?.number ?? "none"} is held`);
     }
     this.frame = null;
+    this.settleDimension(diff.dimension ?? 2);
     const inverse = this.apply(diff);
     this.verify(diff);
     return inverse;
+  }
+
+  /** The first point of a stream in a space fixes its dimension, which is 0 before that. */
+  settleDimension(dimension) {
+    if (this.dimension === 0) this.setSpace(this.metric, dimension);
+    if (this.dimension === dimension) return;
+    throw new Contradiction(`a diff has vertices of ${dimension} coordinates, and ${this.dimension} are held of each`);
   }
 
   /** Moves to another frame by a change that was verified before. @param {Change} change */
@@ -65,7 +81,7 @@ export class Mirror {
 
   /** Applies a change. @param {Change} change @returns {Change} its inverse */
   apply(change) {
-    const vertices_removed = ids(change.vertices_added, 3);
+    const vertices_removed = ids(change.vertices_added, this.vertices.width);
     const vertices_added = this.moveVertices(change.vertices_removed, change.vertices_added);
     removeAll(this.edges, change.edges_removed);
     addAll(this.edges, change.edges_added);
@@ -80,15 +96,16 @@ export class Mirror {
    */
   moveVertices(removed, added) {
     const { vertices } = this;
-    const removedRows = new Float64Array(removed.length * 3);
+    const { width } = vertices;
+    const removedRows = new Float64Array(removed.length * width);
     for (let i = 0, at = 0; i < removed.length; i++) {
-      while (at < added.length && added[at] < removed[i]) at += 3;
+      while (at < added.length && added[at] < removed[i]) at += width;
       const slot = slotOf(vertices, removed[i]);
-      removedRows.set(vertices.rows.subarray(3 * slot, 3 * slot + 3), 3 * i);
+      removedRows.set(vertices.rows.subarray(width * slot, width * (slot + 1)), width * i);
       if (added[at] === removed[i]) vertices.replace(slot, added, at);
       else vertices.remove(removed[i]);
     }
-    for (let at = 0, i = 0; at < added.length; at += 3) {
+    for (let at = 0, i = 0; at < added.length; at += width) {
       while (i < removed.length && removed[i] < added[at]) i += 1;
       if (removed[i] !== added[at]) assertAdded(vertices.add(added, at), added, at);
     }

@@ -12,6 +12,7 @@ import {
   Writer,
   bool,
   f64,
+  id,
   list,
   maybe,
   oneOf,
@@ -26,14 +27,14 @@ import {
 import { writeFrame } from "./frames.js";
 
 /** The lowest and the highest version that the page speaks. */
-export const VERSIONS = { lowest: 1, highest: 2 };
+export const VERSIONS = { lowest: 1, highest: 4 };
 
 /** The part of a skeleton that is followed. @typedef {{cut: any, simplify: any}} View */
 /** @typedef {{name: string, body: any}} Message */
 /**
- * One living cycle.
- * @typedef {{id: number, age: number, birth: number, death: number, center: [number, number], radius: number,
- *   area: number, velocity: [number, number], selected: boolean}} Track
+ * One living cycle. In a space other than the plane it has no area.
+ * @typedef {{id: number, age: number, birth: number, death: number, center: number[], radius: number,
+ *   area: number | null, velocity: number[], selected: boolean}} Track
  */
 
 const nothing = record({});
@@ -84,6 +85,18 @@ const track = record({
   selected: bool,
 });
 
+/** A track in a space: one that never dies has no death. */
+const spaceTrack = record({
+  id: u64,
+  age: u64,
+  birth: f64,
+  death: maybe(f64),
+  center: list(f64),
+  radius: f64,
+  velocity: list(f64),
+  selected: bool,
+});
+
 const happening = oneOf("Happening", [
   ["Born"],
   ["Split", u64],
@@ -98,6 +111,26 @@ const vertices = rows(1, 2);
 const ids = rows(1, 0);
 const edges = rows(2, 0);
 const critical = rows(2, 2);
+
+const metric = oneOf("Metric", [["Euclidean"], ["Manhattan"], ["Chebyshev"], ["Angular"], ["Haversine"]]);
+const coordinates = rows(0, 1);
+const spaceCritical = rows(2, 2, true);
+
+/** A dot in a space: one that never dies has no death. */
+const edge = tuple(id, id);
+const spaceDot = record({ edge, birth: f64, death: maybe(f64), death_edge: maybe(edge) });
+
+/** A message about tracks. */
+const tracks = (one) =>
+  record({
+    stream: u32,
+    from: u64,
+    frame: u64,
+    time: maybe(f64),
+    events: list(record({ frame: u64, time: maybe(f64), happening, track: one })),
+    alive: maybe(list(one)),
+    cycles: list(record({ id: u64, walks: list(ids) })),
+  });
 
 /**
  * Name and body of each type; the third entry is the first version that has it, if that is not 1.
@@ -123,6 +156,8 @@ const MESSAGES = {
   0x0006: ["Error", record({ code: u16, answers: u16, text })],
   0x0007: ["ListStreams", record({ pattern: text })],
   0x0008: ["Streams", record({ streams: list(streamInfo) })],
+  0x000b: ["ListSpaces", nothing, 4],
+  0x000c: ["Spaces", record({ streams: list(record({ stream: u32, metric, dimension: maybe(u32) })) }), 4],
   0x0201: [
     "Subscribe",
     record({ pattern: text, view, dots: dotsWanted, resume: maybe(record({ epoch: u64, frame: u64 })) }),
@@ -164,19 +199,43 @@ const MESSAGES = {
   0x020b: ["Resumed", record({ stream: u32, frame: u64 })],
   0x020c: ["Unsubscribed", nothing],
   0x020d: ["WantTracks", record({ tracks: tracksWanted }), 2],
-  0x020e: [
-    "Tracks",
+  0x020e: ["Tracks", tracks(track), 2],
+  0x0210: [
+    "SpaceSnapshot",
+    record({
+      stream: u32,
+      cause,
+      frame,
+      metric,
+      dimension: u32,
+      ids,
+      coordinates,
+      edges,
+      critical: spaceCritical,
+      checksum: u64,
+    }),
+    4,
+  ],
+  0x0211: [
+    "SpaceDiff",
     record({
       stream: u32,
       from: u64,
-      frame: u64,
-      time: maybe(f64),
-      events: list(record({ frame: u64, time: maybe(f64), happening, track })),
-      alive: maybe(list(track)),
-      cycles: list(record({ id: u64, walks: list(ids) })),
+      frame,
+      dimension: u32,
+      ids_added: ids,
+      coordinates_added: coordinates,
+      vertices_removed: ids,
+      edges_added: edges,
+      edges_removed: edges,
+      critical_set: spaceCritical,
+      critical_removed: edges,
+      checksum: u64,
     }),
-    2,
+    4,
   ],
+  0x0212: ["SpaceDots", record({ stream: u32, frame: u64, total: u64, dots: list(spaceDot) }), 4],
+  0x0213: ["SpaceTracks", tracks(spaceTrack), 4],
 };
 
 const TYPES = new Map(Object.entries(MESSAGES).map(([type, [name]]) => [name, Number(type)]));

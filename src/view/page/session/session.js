@@ -14,6 +14,7 @@ import { Connection } from "./connection.js";
 import { holesOf, labelsOf, marksOf, noDots } from "./dots.js";
 import { History } from "./history.js";
 import { Contradiction, Mirror } from "./mirror.js";
+import { inFormOfPlane } from "./spaces.js";
 import { Tracks, emptyTracks } from "./tracks.js";
 
 /** How many dots are requested: the most persistent ones. */
@@ -27,6 +28,8 @@ const MAX_LAG = 2500;
 /** Milliseconds that a picture waits for its simplified form, which the daemon may merge into other frames. */
 const SIMPLIFIED_PATIENCE = 600;
 const WANT_TRACKS = 0x020d;
+/** The first version of the protocol that has streams in a space. */
+const SPACES_SINCE = 4;
 
 const isSame = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 const noAnnotations = () => ({ ...emptyTracks(), tracksFrame: null, simplified: null, dots: noDots() });
@@ -43,18 +46,21 @@ export class Session {
     this.history = new History();
     this.assembly = new Assembly();
     this.streams = [];
+    /** The streams in a space, by number. @type {Map<number, {metric: string, dimension: number | null}>} */
+    this.spaces = new Map();
     this.paused = false;
     this.hidden = false;
     this.reset();
     this.lastChannel = 0;
-    this.listChannel = 0;
+    this.listChannel = this.spacesChannel = 0;
     this.resyncs = 0;
     this.framesReceived = 0;
     this.connection = new Connection(url, {
       connected: () => this.onConnected(),
       stateChanged: () => this.onConnectionState(),
       message: (channel, name, body) => this.handleMessage(channel, name, body),
-      isSubscribed: (channel) => [this.channel, this.simplifiedChannel, this.listChannel].includes(channel),
+      isSubscribed: (channel) =>
+        [this.channel, this.simplifiedChannel, this.listChannel, this.spacesChannel].includes(channel),
     });
   }
 
@@ -201,6 +207,9 @@ export class Session {
     this.listedAt = performance.now();
     this.listChannel = this.lastChannel += 1;
     this.connection.send(this.listChannel, "ListStreams", { pattern: "*" });
+    if (this.connection.version < SPACES_SINCE) return;
+    this.spacesChannel = this.lastChannel += 1;
+    this.connection.send(this.spacesChannel, "ListSpaces");
   }
 
   /** Refreshes the list of streams, and resynchronizes where the page lags too far behind. */
@@ -275,8 +284,14 @@ export class Session {
 
   handleMessage(channel, name, body) {
     if (name === "Streams" && channel === this.listChannel) this.onStreams(body.streams);
-    else if (channel === this.channel) this.guard(() => this[`on${name}`]?.(body));
-    else if (channel === this.simplifiedChannel) this.guard(() => this.onSimplified(name, body));
+    else if (name === "Spaces" && channel === this.spacesChannel) this.onSpaces(body.streams);
+    else if (channel === this.channel) this.guard(() => this.handleStream(name, body));
+    else if (channel === this.simplifiedChannel) this.guard(() => this.onSimplified(...inFormOfPlane(name, body)));
+  }
+
+  handleStream(sent, sentBody) {
+    const [name, body] = inFormOfPlane(sent, sentBody);
+    this[`on${name}`]?.(body);
   }
 
   /** Handles what a stream sends. A contradiction leads to a resync and to nothing worse. */
@@ -300,6 +315,12 @@ export class Session {
       this.chosenAt = performance.now();
       this.subscribe();
     }
+    this.changed("streams");
+  }
+
+  /** Notes which streams are in a space. */
+  onSpaces(spaces) {
+    this.spaces = new Map(spaces.map((space) => [space.stream, space]));
     this.changed("streams");
   }
 
@@ -340,8 +361,8 @@ export class Session {
     this.takePicture();
   }
 
-  onDots({ frame, total, dots }) {
-    this.assembly.addDots(frame, { total, rows: dots });
+  onDots({ frame, total, dots, labels = labelsOf(dots) }) {
+    this.assembly.addDots(frame, { total, rows: dots, labels });
     this.takePicture();
   }
 
@@ -391,7 +412,7 @@ export class Session {
     const isRestart = [...frames, ...simplified].some(({ name }) => name === "Snapshot");
     if (dots) {
       this.dotRows = dots.rows;
-      this.dots = { ...this.dots, total: dots.total, labels: labelsOf(dots.rows) };
+      this.dots = { ...this.dots, total: dots.total, labels: dots.labels };
     }
     const isShown = marksOf(this.dots.labels, this.mirror.critical);
     const isSimplified = this.wantsSimplified && this.simplified.frame?.number === number;
