@@ -12,6 +12,7 @@ use std::sync::{Arc, Weak};
 
 use hopes_protocol::Message;
 
+use super::flat::laid_out;
 use super::snapshot::{Format, FormatError};
 use crate::daemon::{Account, Charged, Level, Lock};
 
@@ -52,7 +53,11 @@ impl Documents {
         if let Some(document) = self.find(&snapshot, format) {
             return Ok(document);
         }
-        let bytes = format.write(name, &snapshot)?;
+        let bytes = match &**snapshot {
+            // A picture of a space shows its principal components.
+            Message::SpaceSnapshot(space) if format == Format::Svg => format.write(name, &laid_out(space).into())?,
+            snapshot => format.write(name, snapshot)?,
+        };
         let length = bytes.capacity();
         let document = Arc::new(Charged::new(bytes, length, &self.account));
         let mut known = self.known.lock();

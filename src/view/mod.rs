@@ -16,6 +16,7 @@
 mod assets;
 mod documents;
 mod events;
+mod flat;
 mod framing;
 mod http;
 mod listener;

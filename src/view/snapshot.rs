@@ -5,7 +5,6 @@
 //! Invariants: the size of a picture is bounded by its pixels.
 //! Must not know: where snapshots come from.
 
-mod flat;
 mod geojson;
 mod svg;
 
@@ -30,6 +29,9 @@ pub enum FormatError {
     /// The stream is not of the plane.
     #[error("GeoJSON is for maps, and stream {0:?} is of points in R^d: use json or svg")]
     NoMap(String),
+    /// The stream is not of the plane, nor laid out in it.
+    #[error("stream {0:?} is of points in R^d, which have no place in a picture yet")]
+    NoPicture(String),
     /// It is no snapshot. The daemon has none to expect.
     #[error("the daemon has sent no snapshot")]
     NoSnapshot,
@@ -81,7 +83,7 @@ impl Format {
         }
     }
 
-    /// A snapshot of a stream in this format. A picture of a space shows its principal components.
+    /// A snapshot of a stream in this format.
     ///
     /// # Errors
     /// [`FormatError`].
@@ -95,10 +97,8 @@ impl Format {
             }
             (Self::GeoJson, Message::Snapshot(snapshot)) => Ok(geojson::write(snapshot)?),
             (Self::GeoJson, _) => Err(FormatError::NoMap(name.to_owned())),
-            (Self::Svg, _) => {
-                let flat = flat::flat(snapshot).ok_or(FormatError::NoSnapshot)?;
-                Ok(svg::write(name, &flat).into_bytes())
-            }
+            (Self::Svg, Message::Snapshot(snapshot)) => Ok(svg::write(name, snapshot).into_bytes()),
+            (Self::Svg, _) => Err(FormatError::NoPicture(name.to_owned())),
         }
     }
 }

@@ -84,7 +84,7 @@ fn say(said: &mut Vec<String>, what: &str, batch: &Batch, most: usize) {
     let Batch { positions, times, tags, lines, .. } = batch;
     assert!((1..=most.max(1)).contains(&positions.len()) && tags.is_empty() && lines.len() == positions.len());
     assert!(times.is_empty() || times.len() == positions.len());
-    for (index, (position, line)) in positions.iter().zip(lines).enumerate() {
-        said.push(format!("{what}{position:?} {:?} {line}", times.get(index)));
+    for (index, line) in lines.iter().enumerate() {
+        said.push(format!("{what}{:?} {:?} {line}", positions.get(index), times.get(index)));
     }
 }

@@ -50,6 +50,10 @@ fn read(source: impl Read) -> (Vec<Placed>, String) {
 fn written(form: MessageForm, messages: &[Placed]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut writer = MessageWriter::new(form, &mut bytes);
+    // A recording is held until its first frame, if it may not be mixed.
+    if !messages.iter().any(|(.., message)| message.frame().is_some()) {
+        writer.set_mixed();
+    }
     for (_, channel, message) in messages {
         writer.write("cam", Duration::from_nanos(7), *channel, message).expect("memory takes it");
     }
@@ -71,10 +75,12 @@ fn write_json(messages: &[Placed]) {
         serde_json::from_slice::<IgnoredAny>(line).expect("a line is JSON");
     }
     for (.., message) in messages {
-        let Message::Snapshot(snapshot) = message else { continue };
+        if !matches!(message, Message::Snapshot(_)) {
+            continue;
+        }
         let [json, geojson, svg] = [Format::Json, Format::GeoJson, Format::Svg].map(|format| {
             assert!(!format.media_type().is_empty());
-            format.write("a <b>&\"'", snapshot).expect("it has a form for everything")
+            format.write("a <b>&\"'", message).expect("it has a form for everything")
         });
         serde_json::from_slice::<IgnoredAny>(&json).expect("it is JSON");
         serde_json::from_slice::<IgnoredAny>(&geojson).expect("it is JSON");

@@ -43,7 +43,7 @@ pub mod daemon {
     }
 
     pub use memory::Charged;
-    pub use streams::input::{Batch, Input};
+    pub use streams::input::{Batch, Input, Point, Positions};
 }
 
 #[path = "../../../src/view"]

@@ -2,28 +2,18 @@
 //!
 //! In: a snapshot. Out: one whose vertices have two coordinates: their own, or their first two principal components.
 //!
-//! Invariants: nothing but positions is changed; of the plane, nothing at all.
+//! Invariants: nothing but positions is changed.
 //!
 //! Must not know: formats, how components are found.
 
-use std::borrow::Cow;
-
 use hopes::topology::{VertexId, Vertices};
-use hopes_protocol::{Message, Snapshot, SpaceSnapshot};
+use hopes_protocol::{Snapshot, SpaceSnapshot};
 
 use crate::daemon::metric;
 use crate::formats::layout::{Layout, Shape};
 
-/// The snapshot in the plane; none for a message that is no snapshot.
-pub fn flat(snapshot: &Message) -> Option<Cow<'_, Snapshot>> {
-    match snapshot {
-        Message::Snapshot(snapshot) => Some(Cow::Borrowed(snapshot)),
-        Message::SpaceSnapshot(snapshot) => Some(Cow::Owned(laid_out(snapshot))),
-        _ => None,
-    }
-}
-
-fn laid_out(snapshot: &SpaceSnapshot) -> Snapshot {
+/// The snapshot in the plane.
+pub fn laid_out(snapshot: &SpaceSnapshot) -> Snapshot {
     let points = snapshot.coordinates.chunks_exact((snapshot.dimension as usize).max(1));
     let vertices: Vertices = snapshot.ids.iter().map(|&id| VertexId(id)).zip(points).collect();
     let layout = Layout::<2>::new(&vertices, Shape::Points(metric(snapshot.metric)), None);
