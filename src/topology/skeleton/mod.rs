@@ -6,6 +6,7 @@
 
 mod cycle;
 pub mod gaps;
+mod graph;
 mod hopes;
 mod named;
 mod place;
@@ -16,6 +17,7 @@ mod view;
 
 pub use cycle::Cycles;
 pub use gaps::{Gap, Margins, Selection, diagonal_gaps, select, vertical_gaps};
+pub use graph::SkeletonGraph;
 pub use hopes::{Dot, Edge, Filtration, Hole, Killer, Skeleton};
 pub use named::{Critical, EdgeId, TreeEdgeId};
 pub use place::Positions;

@@ -4,133 +4,32 @@
 //! In: a [`Skeleton`] of any space and dots of it.
 //! Out: closed vertex loops.
 //! Invariants: a loop has at least three vertices, all different, and begins as that of
-//! [`Cycles`](super::cycle::Cycles). It is no longer than that one. Critical edges come in order of (half-length,
-//! smaller end, larger end), ends by their places. Of paths of equal length the one with the fewest edges is taken,
-//! then the one whose vertices, from the larger end of the critical edge on, have the smallest ids.
+//! [`Cycles`](super::cycle::Cycles). It is no longer than that one. Ties are decided by the places of vertices, as
+//! [`SkeletonGraph`] says, so by ids.
 //! Must not know: how skeletons are found, views.
-//!
-//! Cost: Dijkstra's algorithm from one end of the critical edge, as far as the other end is.
-
-use std::cmp::{Ordering, Reverse};
-use std::collections::{BinaryHeap, HashMap};
 
 use super::cycle::from_smallest;
-use super::hopes::{Dot, Edge, Skeleton};
+use super::graph::SkeletonGraph;
+use super::hopes::{Dot, Skeleton};
 
 /// The graph of a skeleton, to find shortest cycles in.
 #[derive(Clone, Debug)]
 pub struct ShortestCycles<'a> {
     skeleton: &'a Skeleton,
-    /// For each vertex, where its edges begin in `spokes`; and their number at the end.
-    first: Vec<u32>,
-    /// The edges, from each of their ends.
-    spokes: Vec<Spoke>,
-}
-
-/// An edge, from one of its ends.
-#[derive(Clone, Copy, Debug)]
-struct Spoke {
-    to: u32,
-    half_length: f64,
-    is_critical: bool,
-}
-
-/// How far a vertex is: half the length of the path to it, then the number of edges.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Far {
-    half_length: f64,
-    edges: u32,
-}
-
-impl Eq for Far {}
-
-impl PartialOrd for Far {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Far {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.half_length.total_cmp(&other.half_length).then(self.edges.cmp(&other.edges))
-    }
+    graph: SkeletonGraph,
 }
 
 impl<'a> ShortestCycles<'a> {
     /// Reads the graph of a skeleton, in linear time.
     pub fn new(skeleton: &'a Skeleton) -> Self {
-        let tree = skeleton.scaled_tree().map(|(edge, half_length)| (edge, half_length, false));
-        let critical = skeleton.unsorted_dots().iter().map(|dot| (dot.edge, dot.birth, true));
-        let edges: Vec<(Edge, f64, bool)> = tree.chain(critical).collect();
-        let mut first = vec![0_u32; skeleton.vertices().len() + 1];
-        edges.iter().flat_map(|(edge, ..)| edge).for_each(|&end| first[end as usize] += 1);
-        let mut total = 0;
-        for count in &mut first {
-            total += *count;
-            *count = total;
-        }
-        let mut spokes = vec![Spoke { to: 0, half_length: 0.0, is_critical: false }; 2 * edges.len()];
-        for &([a, b], half_length, is_critical) in &edges {
-            for (from, to) in [(a, b), (b, a)] {
-                // Filled from behind, so that in the end it says where the edges begin.
-                first[from as usize] -= 1;
-                spokes[first[from as usize] as usize] = Spoke { to, half_length, is_critical };
-            }
-        }
-        Self { skeleton, first, spokes }
+        Self { skeleton, graph: SkeletonGraph::new(skeleton, skeleton.vertices().len(), |place| place) }
     }
 
     /// The shortest cycle of a dot of the skeleton, as places in [`Skeleton::vertices`]. The first vertex is not
     /// repeated at the end.
     pub fn cycle(&self, dot: &Dot) -> Vec<u32> {
-        let [start, end] = dot.edge;
-        let before = self.explore(dot);
-        let mut cycle = vec![end];
-        let mut at = end;
-        while let Some(&(_, previous)) = before.get(&at).filter(|_| at != start) {
-            cycle.push(previous);
-            at = previous;
-        }
-        from_smallest(self.skeleton, cycle)
+        from_smallest(self.skeleton, self.graph.cycle(dot.edge, dot.birth))
     }
-
-    /// The vertices around one end of a critical edge, up to the other end: how far they are, and the vertex before.
-    fn explore(&self, dot: &Dot) -> HashMap<u32, (Far, u32)> {
-        let [start, end] = dot.edge;
-        let here = Far { half_length: 0.0, edges: 0 };
-        let mut reached = HashMap::from([(start, (here, start))]);
-        let mut queue = BinaryHeap::from([Reverse((here, start))]);
-        while let Some(Reverse((far, vertex))) = queue.pop() {
-            if vertex == end {
-                break;
-            }
-            if reached[&vertex].0 != far {
-                continue;
-            }
-            for spoke in self.spokes(vertex).iter().filter(|spoke| !spoke.is_critical || is_before(vertex, spoke, dot))
-            {
-                let next = Far { half_length: far.half_length + spoke.half_length, edges: far.edges + 1 };
-                let known =
-                    reached.entry(spoke.to).or_insert((Far { half_length: f64::INFINITY, edges: u32::MAX }, vertex));
-                if next < known.0 {
-                    queue.push(Reverse((next, spoke.to)));
-                }
-                *known = (next, vertex).min(*known);
-            }
-        }
-        reached
-    }
-
-    fn spokes(&self, vertex: u32) -> &[Spoke] {
-        let [from, to] = [vertex, vertex + 1].map(|place| self.first[place as usize] as usize);
-        &self.spokes[from..to]
-    }
-}
-
-/// Whether a critical edge comes before that of a dot.
-fn is_before(from: u32, spoke: &Spoke, dot: &Dot) -> bool {
-    let ends = [from.min(spoke.to), from.max(spoke.to)];
-    spoke.half_length.total_cmp(&dot.birth).then(ends.cmp(&dot.edge)).is_lt()
 }
 
 #[cfg(test)]
@@ -138,7 +37,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::topology::skeleton::{Cycles, Killer};
+    use crate::topology::skeleton::{Cycles, Edge, Killer};
     use crate::topology::testing::{clouds, labels, lattice, skeleton_of};
 
     fn half_length(skeleton: &Skeleton, cycle: &[u32]) -> f64 {
