@@ -1,7 +1,7 @@
 //! Gated optimal assignment. The only file that imports `pathfinding`.
 //!
-//! In: possible pairs of rows and columns, each with a cost between 0 (equal) and 1 (the gate).
-//! Out: pairs in which no row or column repeats, with the largest sum of 1 - cost.
+//! In: possible pairs of rows and columns, each with a gain.
+//! Out: pairs in which no row or column repeats, with the largest sum of gains.
 //! Invariant: the same pairs in the same order give the same answer.
 //! Must not know: what is assigned.
 
@@ -10,11 +10,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
 
-/// The optimum takes cubic time in the size of a connected group. In larger groups the cheapest pair is taken first,
-/// repeatedly.
+/// The optimum takes cubic time in the size of a connected group. In larger groups the pair with the largest gain is
+/// taken first, repeatedly.
 const MOST_IN_GROUP: usize = 256;
 
-/// Gains are integers in this many units.
+/// The largest gain of a group is this many units. Gains are integers in them.
 const GAIN_UNITS: f64 = (1_u64 << 40) as f64;
 
 /// A possible pair.
@@ -24,8 +24,8 @@ pub struct Pair {
     pub row: usize,
     /// The other side.
     pub column: usize,
-    /// The cost, from 0 to 1.
-    pub cost: f64,
+    /// What is gained by it: from 0, in any unit.
+    pub gain: f64,
 }
 
 /// The best assignment: pairs of a row and a column, in no order.
@@ -66,15 +66,16 @@ fn assign_group(group: &[Pair]) -> Vec<(usize, usize)> {
         all
     });
     if rows.len().max(columns.len()) > MOST_IN_GROUP {
-        return cheapest_first(group);
+        return largest_first(group);
     }
+    let largest = group.iter().map(|pair| pair.gain).fold(f64::MIN_POSITIVE, f64::max);
     // The library requires at least as many columns as rows. A pair without gain is not a pair.
     let is_wide = rows.len() <= columns.len();
     let mut gains = Matrix::new(rows.len().min(columns.len()), rows.len().max(columns.len()), 0_i64);
     for pair in group {
         let place = |all: &[usize], one| all.binary_search(&one).unwrap_or_default();
         let (row, column) = (place(&rows, pair.row), place(&columns, pair.column));
-        let gain = 1 + ((1.0 - pair.cost.clamp(0.0, 1.0)) * GAIN_UNITS) as i64;
+        let gain = 1 + (pair.gain / largest * GAIN_UNITS) as i64;
         gains[if is_wide { (row, column) } else { (column, row) }] = gain;
     }
     let (_, assigned) = kuhn_munkres(&gains);
@@ -82,9 +83,9 @@ fn assign_group(group: &[Pair]) -> Vec<(usize, usize)> {
     real.map(|(a, b)| if is_wide { (rows[a], columns[b]) } else { (rows[b], columns[a]) }).collect()
 }
 
-fn cheapest_first(group: &[Pair]) -> Vec<(usize, usize)> {
+fn largest_first(group: &[Pair]) -> Vec<(usize, usize)> {
     let mut pairs = group.to_vec();
-    pairs.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    pairs.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let (mut rows, mut columns) = (BTreeSet::new(), BTreeSet::new());
     pairs.retain(|pair| {
         let is_free = !rows.contains(&pair.row) && !columns.contains(&pair.column);
@@ -110,9 +111,9 @@ mod tests {
 
     #[test]
     fn one_near_pair_beats_two_far_pairs() {
-        let pair = |row, column, cost| Pair { row, column, cost };
-        assert_eq!(assign(&[pair(0, 0, 0.1), pair(0, 1, 0.9), pair(1, 0, 0.9)]), [(0, 0)]);
-        let both = assign(&[pair(0, 0, 0.1), pair(0, 1, 0.3), pair(1, 0, 0.3)]);
+        let pair = |row, column, gain| Pair { row, column, gain };
+        assert_eq!(assign(&[pair(0, 0, 9.0), pair(0, 1, 1.0), pair(1, 0, 1.0)]), [(0, 0)]);
+        let both = assign(&[pair(0, 0, 9.0), pair(0, 1, 7.0), pair(1, 0, 7.0)]);
         assert_eq!(sorted(both), [(0, 1), (1, 0)]);
         assert_eq!(assign(&[]), []);
     }
@@ -121,7 +122,7 @@ mod tests {
     fn large_groups_are_assigned_in_time() {
         let pairs: Vec<Pair> = (0..400 * 400)
             .map(|index| (index / 400, index % 400))
-            .map(|(row, column): (usize, usize)| Pair { row, column, cost: row.abs_diff(column) as f64 / 400.0 })
+            .map(|(row, column): (usize, usize)| Pair { row, column, gain: 1.0 - row.abs_diff(column) as f64 / 400.0 })
             .collect();
         assert_eq!(sorted(assign(&pairs)), (0..400).map(|place| (place, place)).collect::<Vec<_>>());
     }
@@ -134,14 +135,14 @@ mod tests {
         for pair in pairs.iter().filter(|pair| pair.row == row) {
             if !taken.contains(&pair.column) {
                 taken.push(pair.column);
-                most = most.max(1.0 - pair.cost + best(pairs, row + 1, taken));
+                most = most.max(pair.gain + best(pairs, row + 1, taken));
                 taken.pop();
             }
         }
         most
     }
 
-    /// Possible pairs and their costs.
+    /// Possible pairs and their gains.
     fn possible_pairs() -> impl Strategy<Value = BTreeMap<(usize, usize), f64>> {
         prop::collection::btree_map((0..6_usize, 0..6_usize), 0.0..1.0, 0..20)
     }
@@ -149,12 +150,12 @@ mod tests {
     proptest! {
         #[test]
         fn oracle_no_assignment_gains_more(pairs in possible_pairs()) {
-            let pairs: Vec<Pair> = pairs.into_iter().map(|((row, column), cost)| Pair { row, column, cost }).collect();
+            let pairs: Vec<Pair> = pairs.into_iter().map(|((row, column), gain)| Pair { row, column, gain }).collect();
             let assigned = assign(&pairs);
-            let cost = |&(row, column): &(usize, usize)| {
-                pairs.iter().find(|pair| (pair.row, pair.column) == (row, column)).map(|pair| 1.0 - pair.cost)
+            let gain = |&(row, column): &(usize, usize)| {
+                pairs.iter().find(|pair| (pair.row, pair.column) == (row, column)).map(|pair| pair.gain)
             };
-            let gain: f64 = assigned.iter().map(|pair| cost(pair).expect("a pair that was given")).sum();
+            let gain: f64 = assigned.iter().map(|pair| gain(pair).expect("a pair that was given")).sum();
             prop_assert!((gain - best(&pairs, 0, &mut Vec::new())).abs() < 1e-9);
             for side in [|pair: &(usize, usize)| pair.0, |pair: &(usize, usize)| pair.1] {
                 let mut all: Vec<usize> = assigned.iter().map(side).collect();

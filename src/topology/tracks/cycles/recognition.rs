@@ -193,7 +193,7 @@ impl Search<'_> {
             let common = cycle.vertices.iter().filter(|(id, _)| walk.contains(id)).count();
             let share = common as f64 / (walk.len() + cycle.vertices.len() - common) as f64;
             if share >= OVERLAP {
-                pairs.push(Pair { row, column, cost: 1.0 - share });
+                pairs.push(Pair { row, column, gain: share });
             }
         }
         pairs
@@ -210,7 +210,7 @@ impl Search<'_> {
             let apart = away(known.center).min(away(&known.expected)) / (NEAR * known.radius.max(cycle.radius));
             let unlike = (cycle.radius / known.radius).ln().abs() / LIKE_RADIUS.ln();
             if apart <= 1.0 && unlike <= 1.0 {
-                pairs.push(Pair { row, column, cost: (apart + unlike) / 2.0 });
+                pairs.push(Pair { row, column, gain: 1.0 - (apart + unlike) / 2.0 });
             }
         }
         pairs

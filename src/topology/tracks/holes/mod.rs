@@ -5,7 +5,10 @@
 //! Must not know: triangulations, how holes and regions are found, formats.
 
 mod detection;
+mod elders;
 mod hole_region;
+mod last_seen;
+mod motion;
 mod recognition;
 mod state;
 mod tracker;

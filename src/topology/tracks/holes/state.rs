@@ -7,7 +7,8 @@
 
 use super::detection::Detection;
 use super::hole_region::HoleRegion;
-use super::recognition::{LastSeen, RecognizedBy, back};
+use super::last_seen::{LastSeen, back};
+use super::recognition::RecognizedBy;
 use crate::topology::tracks::detection::Detected;
 use crate::topology::tracks::life::{Life, Report, Status};
 use crate::topology::tracks::track::{Track, TrackId};
@@ -97,8 +98,9 @@ impl<R: HoleRegion> HoleState<R> {
         let Track { hole, velocity, .. } = self.life.track;
         let frames = (frame - self.life.last_seen) as f64;
         let expected = [0, 1].map(|axis| hole.center[axis] + velocity[axis] * frames);
+        let persistence = self.life.track.persistence();
         let (triangle, region, shift, least) = (self.detection.triangle, &self.region, self.shift(), self.life.least);
-        LastSeen { triangle, hole, expected, region, shift, least }
+        LastSeen { triangle, hole, expected, persistence, region, shift, least }
     }
 
     /// Updates it with the detection that continues it.

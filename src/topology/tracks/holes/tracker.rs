@@ -11,15 +11,19 @@
 
 use super::detection::Detection;
 use super::hole_region::HoleRegion;
-use super::recognition::{LastSeen, back, held, recognize};
+use super::last_seen::{LastSeen, back, held};
+use super::recognition::recognize;
 use super::state::HoleState;
 use crate::topology::skeleton::Hole;
-use crate::topology::tracks::detection::Detections;
+use crate::topology::tracks::detection::{Detected, Detections};
 use crate::topology::tracks::track::{TrackId, TrackStep};
 use crate::topology::tracks::tracker::{FrameStamp, Tracker};
 
 /// The regions that are found again in a frame have this number of vertices together.
 const REGION_VERTICES: usize = 256;
+
+/// An event names no other track of less than this share of its persistence: that would be noise.
+const NAMED: f64 = 0.25;
 
 /// If a new hole has less than this share of a track's radius, the track's region is not found again: the last one
 /// decides.
@@ -46,7 +50,7 @@ impl<R: HoleRegion> Tracker<HoleState<R>> {
         let newcomers: Vec<usize> = (0..all.len()).filter(|&place| is_new[place]).collect();
         // A new dot's parent is found by the holes before this frame; else by the current ones, since holes that divide
         // slowly are still one below the new dot's birth.
-        let before: Vec<Option<u64>> = newcomers.iter().map(|&place| self.holder_of(all[place].hole.center)).collect();
+        let before: Vec<Option<u64>> = newcomers.iter().map(|&place| self.holder_of(&all[place])).collect();
         for (state, own) in self.states.iter_mut().zip(own) {
             match own {
                 Some((place, by)) => state.see(at.number, &all[place], by, is_selected[place]),
@@ -55,16 +59,17 @@ impl<R: HoleRegion> Tracker<HoleState<R>> {
         }
         self.frame = at.number;
         for (&place, before) in newcomers.iter().zip(before) {
-            let hole = all[place].hole;
-            let parent = before.or_else(|| current_holder(&mut self.states, at.number, hole, &mut find_region));
+            let new = (all[place].hole, all[place].persistence());
+            let parent = before.or_else(|| current_holder(&mut self.states, at.number, new, &mut find_region));
             self.begin(|key| HoleState::new(key, at.number, all[place].clone(), parent));
         }
         self.drop_void();
         let due = self.states.iter_mut().filter(|state| state.life.is_due(at.number, self.options.confirm));
         due.for_each(|state| state.refresh_region(at.number, &mut find_region));
         let events = self.collect_events(at, HoleState::moved, |states, place| {
-            let hole = states[place].life.track.hole;
-            current_holder(states, at.number, hole, &mut find_region)
+            let ended = &states[place].life.track;
+            let ended = (ended.hole, ended.persistence());
+            current_holder(states, at.number, ended, &mut find_region)
         });
         self.refresh_regions(&mut find_region);
         self.step(at, events, left_out)
@@ -86,9 +91,11 @@ impl<R: HoleRegion> Tracker<HoleState<R>> {
         self.shared = 0;
     }
 
-    /// The announced track whose last region contains a point; the smallest, if there are several.
-    fn holder_of(&self, point: [f64; 2]) -> Option<u64> {
-        let holds = |state: &&HoleState<R>| held(&state.region, state.shift(), point);
+    /// The announced track whose last region contains the centre of a new dot; the smallest, if there are several.
+    fn holder_of(&self, new: &Detection) -> Option<u64> {
+        let holds = |state: &&HoleState<R>| {
+            is_named(state, new.persistence()) && held(&state.region, state.shift(), new.hole.center)
+        };
         smallest(self.announced().filter(holds))
     }
 }
@@ -97,18 +104,24 @@ impl<R: HoleRegion> Tracker<HoleState<R>> {
 fn current_holder<R: HoleRegion>(
     states: &mut [HoleState<R>],
     frame: u64,
-    hole: Hole,
+    (hole, persistence): (Hole, f64),
     find_region: &mut impl FnMut(&Detection) -> R,
 ) -> Option<u64> {
     let point = hole.center;
+    let may_hold = |state: &HoleState<R>| state.life.is_detected() && is_named(state, persistence);
     let is_near = |state: &&mut HoleState<R>| {
         let is_small = hole.radius < SUBSTANTIAL * state.life.track.hole.radius;
         let is_near = state.region.is_near(point) || state.region.is_near(back(point, state.shift()));
-        state.life.is_detected() && !is_small && is_near
+        may_hold(state) && !is_small && is_near
     };
     states.iter_mut().filter(is_near).for_each(|state| state.refresh_region(frame, find_region));
-    let holds = |state: &&HoleState<R>| state.life.is_detected() && held(&state.region, state.shift(), point);
+    let holds = |state: &&HoleState<R>| may_hold(state) && held(&state.region, state.shift(), point);
     smallest(states.iter().filter(holds))
+}
+
+/// Whether an event of a track with some persistence may name this one.
+fn is_named<R>(state: &HoleState<R>, persistence: f64) -> bool {
+    state.life.track.persistence() >= NAMED * persistence
 }
 
 fn smallest<'a, R: 'a>(states: impl Iterator<Item = &'a HoleState<R>>) -> Option<u64> {
