@@ -124,8 +124,8 @@ pub use skeleton::{
     Selection, ShortestCycles, Simplified, Skeleton, View, ViewSpec, diagonal_gaps, select, simplify, vertical_gaps,
 };
 pub use tracks::{
-    Changed, EventKind, SpaceTrack, SpaceTrackEvent, SpaceTrackStep, SpaceTracker, Track, TrackEvent, TrackId,
-    TrackOptions, TrackRule, TrackStep,
+    Changed, EventKind, Remember, SpaceTrack, SpaceTrackEvent, SpaceTrackStep, SpaceTracker, Track, TrackEvent,
+    TrackId, TrackOptions, TrackRule, TrackStep,
 };
 
 /// Finite metric spaces, of which [`Skeleton::of_space`] makes skeletons.

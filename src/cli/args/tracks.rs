@@ -7,9 +7,9 @@
 use std::num::NonZeroU32;
 
 use clap::Args;
-use hopes::topology::{TrackOptions, TrackRule, ViewSpec};
+use hopes::topology::{Remember, TrackOptions, TrackRule, ViewSpec};
 
-use super::values::{at_least_one, scale};
+use super::values::{at_least_one, remember, scale};
 
 /// Which persistent cycles are followed over time.
 #[derive(Clone, Copy, Debug, Args)]
@@ -29,6 +29,12 @@ pub struct TrackArgs {
     /// A dot that is no longer selected stays its track's down to half of the persistence that it had when it last was.
     #[arg(long, value_name = "N", default_value = "2", value_parser = at_least_one, requires = "track")]
     track_miss: NonZeroU32,
+    /// Remember a track that would end for N frames (or frames:N) or a length of event time (time:T).
+    ///
+    /// It is unselected meanwhile. If a dot of like radius and persistence comes to where its hole is expected, it is
+    /// reselected under its old id. Frames of a stream without times count as none of a length of time.
+    #[arg(long, value_name = "T", default_value = "0", value_parser = remember, requires = "track")]
+    track_remember: Remember,
     /// Report changes of a track's centre, birth and death only beyond DELTA (a length).
     #[arg(long, value_name = "DELTA", default_value = "0", value_parser = scale, requires = "track")]
     track_delta: f64,
@@ -42,7 +48,7 @@ impl TrackArgs {
             TrackWord::Rule(rule) => rule,
         };
         let (confirm, miss, delta) = (self.track_confirm, self.track_miss, self.track_delta);
-        Some(TrackOptions { rule, confirm, miss, delta })
+        Some(TrackOptions { rule, confirm, miss, remember: self.track_remember, delta })
     }
 }
 

@@ -9,7 +9,7 @@ use std::num::{NonZeroU32, NonZeroU64, NonZeroUsize};
 use std::str::FromStr;
 
 use hopes::scene::UnknownScene;
-use hopes::topology::Window;
+use hopes::topology::{Remember, Window};
 
 /// The rank of a gap, from 1.
 pub fn rank(word: &str) -> Result<NonZeroU32, String> {
@@ -74,6 +74,18 @@ pub fn window(word: &str) -> Result<Window, String> {
         ("frames", _) => count().map(Window::Frames),
         ("time", _) => time(length).map(Window::Time),
         _ => Err("a window is all, points:N, frames:N or time:T".to_owned()),
+    }
+}
+
+/// How long a track is remembered: `N`, `frames:N` or `time:T`.
+pub fn remember(word: &str) -> Result<Remember, String> {
+    let frames = |word: &str| word.parse().map(Remember::Frames);
+    let refused = |_| format!("{word:?} is none of N, frames:N (N frames, from 0) and time:T (a length of time)");
+    match word.split_once(':') {
+        None => frames(word).map_err(refused),
+        Some(("frames", count)) => frames(count).map_err(refused),
+        Some(("time", length)) => time(length).map(Remember::Time),
+        Some(_) => Err(format!("{word:?} is none of N, frames:N and time:T")),
     }
 }
 

@@ -8,7 +8,9 @@
 
 use std::num::NonZeroU32;
 
+use super::rule::Remember;
 use super::track::{Changed, EventKind, TrackId};
+use super::tracker::FrameStamp;
 
 /// A dot that is not selected continues a track down to this share of the persistence that the track had when it was
 /// last selected.
@@ -47,8 +49,14 @@ pub struct Life<T> {
     pub last_seen: u64,
     /// A dot of less persistence does not continue the track, unless the dot is selected.
     pub least: f64,
+    /// The time of the frame in which it was seen last.
+    pub last_time: Option<f64>,
     /// The number of consecutive frames without a detection.
     pub missed: u32,
+    /// Whether it is remembered: it was missing for so long that it would have ended, and is not selected again since.
+    pub is_remembered: bool,
+    /// The number of frames that it was missing for before it was seen last.
+    pub gone: u64,
     /// The number of consecutive frames in which the dot was on the other side of the selection than was reported.
     pub selection_streak: u32,
     /// The key of the track that it was a part of before.
@@ -57,16 +65,19 @@ pub struct Life<T> {
 
 impl<T: Report> Life<T> {
     /// A track that begins in a frame, with a dot of some persistence.
-    pub fn new(key: u64, frame: u64, track: T, persistence: f64, parent: Option<u64>) -> Self {
+    pub fn new(key: u64, at: FrameStamp, track: T, persistence: f64, parent: Option<u64>) -> Self {
         Self {
             key,
             is_announced: false,
             reported: track.clone(),
             track,
-            first_seen: frame,
-            last_seen: frame,
+            first_seen: at.number,
+            last_seen: at.number,
+            last_time: at.time,
             least: LEAST_SHARE * persistence,
             missed: 0,
+            is_remembered: false,
+            gone: 0,
             selection_streak: 0,
             parent,
         }
@@ -88,10 +99,13 @@ impl<T: Report> Life<T> {
     }
 
     /// It goes on in a frame, with a dot of some persistence.
-    pub fn see(&mut self, frame: u64, persistence: f64, is_selected: bool) {
+    pub fn see(&mut self, at: FrameStamp, persistence: f64, is_selected: bool) {
         let mut status = self.track.status();
-        status.age = frame - self.first_seen + 1;
-        (self.last_seen, self.missed) = (frame, 0);
+        status.age = at.number - self.first_seen + 1;
+        if self.missed > 0 {
+            self.gone = at.number - self.last_seen - 1;
+        }
+        (self.last_seen, self.last_time, self.missed) = (at.number, at.time, 0);
         if is_selected {
             self.least = LEAST_SHARE * persistence;
         }
@@ -101,6 +115,17 @@ impl<T: Report> Life<T> {
         self.selection_streak =
             if is_selected == status.is_selected { 0 } else { self.selection_streak.saturating_add(1) };
         self.track.set_status(status);
+    }
+
+    /// Whether it is remembered in a frame in which it is missing.
+    pub fn is_recalled(&self, at: FrameStamp, remember: Remember) -> bool {
+        match remember {
+            Remember::Frames(most) => at.number - self.last_seen <= most,
+            Remember::Time(most) => match (self.last_time, at.time) {
+                (Some(last), Some(now)) => now - last <= most,
+                _ => false,
+            },
+        }
     }
 
     /// It is missing in a frame.
@@ -121,7 +146,8 @@ impl<T: Report> Life<T> {
     pub fn selection_change(&self, confirm: NonZeroU32, miss: NonZeroU32) -> Option<EventKind> {
         match self.track.status().is_selected {
             true => (self.selection_streak >= miss.get()).then_some(EventKind::Unselected),
-            false => (self.selection_streak >= confirm.get()).then_some(EventKind::Reselected),
+            false if self.selection_streak < confirm.get() => None,
+            false => Some(EventKind::Reselected { gone: if self.is_remembered { self.gone } else { 0 } }),
         }
     }
 
@@ -131,7 +157,9 @@ impl<T: Report> Life<T> {
         match kind {
             EventKind::Born | EventKind::Split { .. } => (self.is_announced, status.id) = (true, id),
             EventKind::Unselected => (status.is_selected, self.selection_streak) = (false, 0),
-            EventKind::Reselected => (status.is_selected, self.selection_streak) = (true, 0),
+            EventKind::Reselected { .. } => {
+                (status.is_selected, self.selection_streak, self.is_remembered) = (true, 0, false);
+            }
             EventKind::Updated(_) | EventKind::Merged { .. } | EventKind::Died => {}
         }
         self.track.set_status(status);

@@ -18,7 +18,7 @@ mod tracker;
 pub use cycles::{CycleDetection, CycleSource, CycleState, SpaceTrack, TrackWalk, TrackedCycle, WalkAnswer};
 pub use detection::{DetectionSource, Detections, detect, in_order};
 pub use holes::{Detection, HoleRegion, HoleState};
-pub use rule::{TrackOptions, TrackRule};
+pub use rule::{Remember, TrackOptions, TrackRule};
 pub use track::{Changed, EventKind, Track, TrackEvent, TrackId, TrackStep};
 pub use tracker::{FrameStamp, Tracker};
 

@@ -72,7 +72,10 @@ pub enum EventKind {
     /// The track goes on, but is not selected any more.
     Unselected,
     /// The track is selected again.
-    Reselected,
+    Reselected {
+        /// The number of frames in which it was missing and remembered; 0 if it was not.
+        gone: u64,
+    },
     /// The track ends inside the hole of another track.
     Merged {
         /// The other track, which goes on.

@@ -6,13 +6,17 @@
 //! Must not know: how dots are found or recognized, holes, cycles, formats.
 //!
 //! A track is announced when its dot was selected in a number of consecutive frames. It ends when its dot was missing
-//! in a number of them. In between it may leave the selection without ending.
+//! in a number of them, or after that when it is not remembered any more. In between it may leave the selection without
+//! ending.
 
 use std::fmt::Debug;
 
 use super::life::{Life, Report};
 use super::rule::TrackOptions;
 use super::track::{EventKind, TrackEvent, TrackId, TrackStep};
+
+/// The largest number of tracks that are remembered after a frame, besides those that went missing in it.
+const MOST_REMEMBERED: usize = 1024;
 
 /// The number and time of a frame.
 #[derive(Clone, Copy, Debug)]
@@ -83,8 +87,8 @@ impl<S: Tracked> Tracker<S> {
 
     /// The number of tracks, announced or not, and the least persistence that continues one of them.
     pub(crate) fn search_bounds(&self) -> (usize, f64) {
-        let least = self.states.iter().map(|state| state.life().least).fold(f64::INFINITY, f64::min);
-        (self.states.len(), least)
+        let lives = || self.states.iter().map(Tracked::life).filter(|life| !life.is_remembered);
+        (lives().count(), lives().map(|life| life.least).fold(f64::INFINITY, f64::min))
     }
 
     /// Adds the state of a track that is new, given its key.
@@ -106,7 +110,8 @@ impl<S: Tracked> Tracker<S> {
         moved: impl Fn(&S) -> f64,
         mut heir: impl FnMut(&mut [S], usize) -> Option<u64>,
     ) -> Vec<TrackEvent<S::Track>> {
-        let TrackOptions { confirm, miss, delta, .. } = self.options;
+        let TrackOptions { confirm, miss, remember, delta, .. } = self.options;
+        let forgotten = self.forgotten();
         let mut events = Vec::new();
         let mut ended = Vec::new();
         for place in 0..self.states.len() {
@@ -114,9 +119,21 @@ impl<S: Tracked> Tracker<S> {
             let life = state.life();
             let mut kinds = Vec::new();
             if life.missed >= miss.get() {
-                ended.push(life.key);
-                let heir = heir(&mut self.states, place);
-                kinds.push(self.id_of(heir).map_or(EventKind::Died, |into| EventKind::Merged { into }));
+                let heir = if life.is_remembered { None } else { heir(&mut self.states, place) };
+                let life = self.states[place].life();
+                match self.id_of(heir) {
+                    None if forgotten.contains(&life.key) || !life.is_recalled(at, remember) => {
+                        ended.push(life.key);
+                        kinds.push(EventKind::Died);
+                    }
+                    None if life.track.status().is_selected => kinds.push(EventKind::Unselected),
+                    None => {}
+                    Some(into) => {
+                        ended.push(life.key);
+                        kinds.push(EventKind::Merged { into });
+                    }
+                }
+                self.states[place].life_mut().is_remembered = true;
             } else if life.is_detected() {
                 kinds.extend(life.changed(moved(state), delta).map(EventKind::Updated));
                 kinds.extend(life.selection_change(confirm, miss));
@@ -136,6 +153,19 @@ impl<S: Tracked> Tracker<S> {
         self.states.retain(|state| !ended.contains(&state.life().key));
         events.sort_by_key(|event| event.track.status().id);
         events
+    }
+
+    /// The keys of tracks that are remembered beyond the largest number: the least persistent ones, of equal ones the
+    /// youngest.
+    fn forgotten(&self) -> Vec<u64> {
+        let lives = self.states.iter().map(Tracked::life).filter(|life| life.is_remembered && life.missed > 0);
+        let persistence = |life: &Life<S::Track>| {
+            let [birth, death] = life.track.label();
+            death - birth
+        };
+        let mut remembered: Vec<(f64, u64)> = lives.map(|life| (persistence(life), life.key)).collect();
+        remembered.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        remembered.into_iter().skip(MOST_REMEMBERED).map(|(_, key)| key).collect()
     }
 
     /// The step to a frame.

@@ -104,7 +104,7 @@ fn happening(kind: EventKind) -> wire::Happening {
             wire::Happening::Updated(wire::TrackChanges { center, birth, death })
         }
         EventKind::Unselected => wire::Happening::Unselected,
-        EventKind::Reselected => wire::Happening::Reselected,
+        EventKind::Reselected { .. } => wire::Happening::Reselected,
         EventKind::Merged { into } => wire::Happening::Merged(into.0),
         EventKind::Died => wire::Happening::Died,
     }

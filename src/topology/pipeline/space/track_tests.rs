@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::topology::skeleton::ViewSpec;
 use crate::topology::testing::clouds;
-use crate::topology::tracks::{Changed, EventKind, SpaceTrack, TrackOptions, TrackRule};
+use crate::topology::tracks::{Changed, EventKind, Remember, SpaceTrack, TrackOptions, TrackRule};
 
 type Cloud3 = Vec<[f64; 3]>;
 
@@ -125,7 +125,27 @@ fn a_track_out_of_the_selection_goes_on() {
     assert_eq!(scene.hold(3, &small), [(2, 1, EventKind::Born)]);
     let both = [large, small.clone()].concat();
     assert_eq!(scene.hold(4, &both), [(5, 2, EventKind::Born), (6, 1, EventKind::Unselected)]);
-    assert_eq!(scene.hold(4, &small), [(9, 1, EventKind::Reselected), (10, 2, EventKind::Died)]);
+    assert_eq!(scene.hold(4, &small), [(9, 1, EventKind::Reselected { gone: 0 }), (10, 2, EventKind::Died)]);
+}
+
+#[test]
+fn a_track_that_is_remembered_comes_back_under_its_id() {
+    let circle = |x: f64| ring(40, 10.0, [x, 5.0, 0.0]);
+    for (remember, comes_back) in [(Remember::Frames(9), true), (Remember::Frames(3), false)] {
+        let miss = NonZeroU32::new(3).unwrap();
+        let options = TrackOptions { miss, remember, ..TrackOptions::new(ABOVE) };
+        let mut scene = Scene::with(SpaceOptions::default(), options);
+        assert_eq!(scene.hold(4, &circle(0.0)), [(2, 1, EventKind::Born)]);
+        let gone = scene.hold(5, &[[0.0; 3]]);
+        let back = scene.hold(3, &circle(1.0));
+        if comes_back {
+            assert_eq!(gone, [(7, 1, EventKind::Unselected)]);
+            assert_eq!(back, [(11, 1, EventKind::Reselected { gone: 5 })]);
+        } else {
+            assert_eq!(gone, [(7, 1, EventKind::Unselected), (8, 1, EventKind::Died)]);
+            assert_eq!(back, [(11, 2, EventKind::Born)]);
+        }
+    }
 }
 
 #[test]

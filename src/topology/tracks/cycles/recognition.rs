@@ -25,6 +25,9 @@ use crate::topology::tracks::detection::Detected;
 /// The largest ratio of the persistences of one track in two frames.
 const LIKE_PERSISTENCE: f64 = 4.0;
 
+/// The same of one that was missing for long.
+const REMEMBERED_PERSISTENCE: f64 = 2.0;
+
 /// The least share of the vertices of two cycles that both have.
 const OVERLAP: f64 = 0.25;
 
@@ -47,6 +50,8 @@ pub struct LastSeen<'a> {
     pub radius: f64,
     /// A dot of less persistence does not continue it, unless the dot is selected.
     pub least: f64,
+    /// Whether it has been missing for long, and is remembered.
+    pub is_remembered: bool,
 }
 
 /// What is recognized.
@@ -86,6 +91,8 @@ pub fn recognize(
     search.assign(&common);
     let near = search.pairs_near(source);
     search.assign(&near);
+    let returned = search.pairs_from_memory(source);
+    search.assign(&returned);
     search.found
 }
 
@@ -119,9 +126,9 @@ impl Search<'_> {
         }
     }
 
-    /// The tracks, the most persistent first, equal ones by the positions of their dots.
+    /// The tracks that are not only remembered, the most persistent first, equal ones by the positions of their dots.
     fn persistent_first(&self) -> Vec<usize> {
-        let mut order: Vec<usize> = (0..self.known.len()).collect();
+        let mut order: Vec<usize> = (0..self.known.len()).filter(|&track| !self.known[track].is_remembered).collect();
         order.sort_by(|&a, &b| {
             let [a, b] = [a, b].map(|track| self.known[track].detection);
             b.persistence().total_cmp(&a.persistence()).then_with(|| a.by_position(b))
@@ -171,10 +178,12 @@ impl Search<'_> {
         }
     }
 
-    /// Tracks without a detection and free detections that may continue them.
-    fn possible_pairs(&self) -> Vec<(usize, usize)> {
+    /// Tracks without a detection, remembered or not, and free detections that may continue them.
+    fn possible_pairs(&self, is_remembered: bool) -> Vec<(usize, usize)> {
         let free: Vec<usize> = (0..self.detections.len()).filter(|&place| !self.is_taken[place]).collect();
-        let lost = (0..self.known.len()).filter(|&track| self.found.own[track].is_none());
+        let is_lost =
+            |&track: &usize| self.found.own[track].is_none() && self.known[track].is_remembered == is_remembered;
+        let lost = (0..self.known.len()).filter(is_lost);
         let pairs = lost.flat_map(|track| free.iter().map(move |&place| (track, place)));
         pairs.filter(|&(track, place)| self.goes_on(track, place)).collect()
     }
@@ -187,7 +196,7 @@ impl Search<'_> {
     fn pairs_in_common(&mut self, source: &impl CycleSource) -> Vec<Pair> {
         let mut pairs = Vec::new();
         let mut walks: HashMap<usize, HashSet<VertexId>> = HashMap::new();
-        for (row, column) in self.possible_pairs() {
+        for (row, column) in self.possible_pairs(false) {
             let walk = walks.entry(row).or_insert_with(|| self.answers[row].vertices.iter().copied().collect());
             let cycle = self.cycle(column, source);
             let common = cycle.vertices.iter().filter(|(id, _)| walk.contains(id)).count();
@@ -199,10 +208,25 @@ impl Search<'_> {
         pairs
     }
 
-    /// Possible pairs inside the gate, around the last or the predicted centre.
     fn pairs_near(&mut self, source: &impl CycleSource) -> Vec<Pair> {
+        let possible = self.possible_pairs(false);
+        self.pairs_inside_gate(possible, source)
+    }
+
+    /// Remembered tracks and selected detections of much the same persistence.
+    fn pairs_from_memory(&mut self, source: &impl CycleSource) -> Vec<Pair> {
+        let mut possible = self.possible_pairs(true);
+        possible.retain(|&(track, place)| {
+            let unlikeness = unlikeness(self.known[track].detection, &self.detections[place]);
+            self.is_selected[place] && unlikeness <= REMEMBERED_PERSISTENCE.ln()
+        });
+        self.pairs_inside_gate(possible, source)
+    }
+
+    /// Those of some pairs that are inside the gate, around the last or the predicted centre.
+    fn pairs_inside_gate(&mut self, possible: Vec<(usize, usize)>, source: &impl CycleSource) -> Vec<Pair> {
         let mut pairs = Vec::new();
-        for (row, column) in self.possible_pairs() {
+        for (row, column) in possible {
             let known = &self.known[row];
             self.cycle(column, source);
             let cycle = &self.found.cycles[&column];
@@ -268,7 +292,14 @@ mod tests {
     /// What continues a track of birth 1 and death 5 around 0, which had the vertices 0 to 8, given its dots.
     fn own(dots: Option<Vec<EdgeId>>, detections: &[(CycleDetection, TrackedCycle)]) -> Option<usize> {
         let last = detection(100, [1.0, 5.0]);
-        let known = LastSeen { detection: &last, center: &[0.0], expected: vec![0.0], radius: 1.0, least: 1.0 };
+        let known = LastSeen {
+            detection: &last,
+            center: &[0.0],
+            expected: vec![0.0],
+            radius: 1.0,
+            least: 1.0,
+            is_remembered: false,
+        };
         let answer = WalkAnswer { vertices: (0..8).map(VertexId).collect(), dots };
         let cycles = detections.iter().map(|(detection, cycle)| (detection.critical.edge[0].0, cycle.clone()));
         let source = Line(cycles.collect());

@@ -14,7 +14,7 @@ use super::walk::TrackWalk;
 use crate::topology::tracks::detection::Detected;
 use crate::topology::tracks::life::Life;
 use crate::topology::tracks::track::TrackId;
-use crate::topology::tracks::tracker::Tracked;
+use crate::topology::tracks::tracker::{FrameStamp, Tracked};
 
 /// The weight of the newest movement in the velocity.
 const NEWEST_SHARE: f64 = 0.5;
@@ -48,7 +48,7 @@ impl Tracked for CycleState {
 
 impl CycleState {
     /// The state of a new track, from its first detection.
-    pub fn new(key: u64, frame: u64, detection: CycleDetection, cycle: TrackedCycle, parent: Option<u64>) -> Self {
+    pub fn new(key: u64, at: FrameStamp, detection: CycleDetection, cycle: TrackedCycle, parent: Option<u64>) -> Self {
         let track = SpaceTrack {
             id: TrackId(0),
             age: 1,
@@ -60,7 +60,7 @@ impl CycleState {
             is_selected: true,
         };
         Self {
-            life: Life::new(key, frame, track, detection.persistence(), parent),
+            life: Life::new(key, at, track, detection.persistence(), parent),
             detection,
             cycle,
             is_own: false,
@@ -73,24 +73,27 @@ impl CycleState {
         let SpaceTrack { center, velocity, radius, .. } = &self.life.track;
         let frames = (frame - self.life.last_seen) as f64;
         let expected = center.iter().zip(velocity).map(|(center, velocity)| center + velocity * frames).collect();
-        LastSeen { detection: &self.detection, center, expected, radius: *radius, least: self.life.least }
+        let (least, is_remembered) = (self.life.least, self.life.is_remembered);
+        LastSeen { detection: &self.detection, center, expected, radius: *radius, least, is_remembered }
     }
 
-    /// Its cycle, as a question to the next frame.
+    /// Its cycle, as a question to the next frame. That of a track which is only remembered has no vertices.
     pub fn walk(&self) -> TrackWalk {
         let SpaceTrack { birth, death, .. } = self.life.track;
-        TrackWalk { vertices: Arc::clone(&self.cycle.vertices), birth, death, is_own: self.is_own }
+        let is_there = !self.life.is_remembered;
+        let vertices = if is_there { Arc::clone(&self.cycle.vertices) } else { Arc::default() };
+        TrackWalk { vertices, birth, death, is_own: self.is_own }
     }
 
     /// Updates it with the detection that continues it, and a cycle of that.
     pub fn see(
         &mut self,
-        frame: u64,
+        at: FrameStamp,
         detection: CycleDetection,
         (cycle, is_own): (TrackedCycle, bool),
         is_selected: bool,
     ) {
-        let frames = (frame - self.life.last_seen) as f64;
+        let frames = (at.number - self.life.last_seen) as f64;
         let track = &mut self.life.track;
         for ((velocity, old), new) in track.velocity.iter_mut().zip(&track.center).zip(&cycle.center) {
             *velocity += NEWEST_SHARE * ((new - old) / frames - *velocity);
@@ -98,7 +101,7 @@ impl CycleState {
         (track.birth, track.death) = (detection.critical.birth, detection.critical.death);
         track.center.clone_from(&cycle.center);
         track.radius = cycle.radius;
-        self.life.see(frame, detection.persistence(), is_selected);
+        self.life.see(at, detection.persistence(), is_selected);
         (self.detection, self.cycle, self.is_own, self.heir) = (detection, cycle, is_own, None);
     }
 }

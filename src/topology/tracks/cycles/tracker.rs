@@ -71,12 +71,12 @@ impl Tracker<CycleState> {
             };
             // A cycle that dies with the dot is taken along. Else the dot may have a better one.
             let cycle = if is_own[track] { source.along(&answers[track].vertices) } else { cycle(place) };
-            state.see(at.number, all[place].clone(), (cycle, is_own[track]), is_selected[place]);
+            state.see(at, all[place].clone(), (cycle, is_own[track]), is_selected[place]);
         }
         self.find_heirs(&absorbed_by, source);
         self.frame = at.number;
         for ((place, cycle), parent) in newcomers.into_iter().zip(parents) {
-            self.begin(|key| CycleState::new(key, at.number, all[place].clone(), cycle, parent));
+            self.begin(|key| CycleState::new(key, at, all[place].clone(), cycle, parent));
         }
         self.drop_void();
         let moved = |state: &CycleState| source.distance(&state.life.track.center, &state.life.reported.center);

@@ -38,6 +38,8 @@ pub struct LastSeen<'a, R> {
     pub shift: [f64; 2],
     /// A dot of less persistence does not continue it, unless the dot is selected.
     pub least: f64,
+    /// Whether it has been missing for long, and is remembered.
+    pub is_remembered: bool,
 }
 
 impl<R: HoleRegion> LastSeen<'_, R> {

@@ -100,7 +100,7 @@ struct Explained {
 
 /// The motion from the last centres of tracks to those of detections.
 pub fn common_motion<R: HoleRegion>(known: &[LastSeen<'_, R>], detections: &[Detection]) -> Motion {
-    let mut tried: Vec<&LastSeen<'_, R>> = known.iter().collect();
+    let mut tried: Vec<&LastSeen<'_, R>> = known.iter().filter(|known| !known.is_remembered).collect();
     tried.sort_by(|a, b| b.persistence.total_cmp(&a.persistence).then_with(|| by_place(a, b)));
     tried.truncate(MOST_TRIED);
     let trial = Trial::new(&tried, detections);

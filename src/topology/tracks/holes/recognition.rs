@@ -12,7 +12,7 @@
 //! hole, as between the lobes of a dumb-bell or around an annulus. So the rest is recognized by regions: each contains
 //! the other's centre. Then holes that moved far are each other's nearest. Then the elder of two holes that have become
 //! one keeps its name, and the larger part of one that has divided. What is left is recognized by its place once more,
-//! with any persistence that may continue a track. Never by the critical edge or the birth, which jump.
+//! with any persistence that may continue a track. In the end remembered tracks take dots that begin no others. Never by the critical edge or the birth, which jump.
 
 use std::collections::HashMap;
 
@@ -59,6 +59,7 @@ pub fn recognize<R: HoleRegion>(
     search.settle();
     search.by_place(0.0);
     search.by_far_place();
+    search.from_memory();
     search.own
 }
 
@@ -86,7 +87,10 @@ impl<R: HoleRegion> Search<'_, R> {
             self.detections.iter().enumerate().map(|(place, detection)| (detection.triangle, place)).collect();
         for track in 0..self.known.len() {
             let Some(&place) = places.get(&self.known[track].triangle) else { continue };
-            if self.goes_on(track, place) && self.likeness(track, place) >= MUCH_ALIKE {
+            if !self.known[track].is_remembered
+                && self.goes_on(track, place)
+                && self.likeness(track, place) >= MUCH_ALIKE
+            {
                 self.give(track, place, RecognizedBy::Place);
             }
         }
@@ -95,9 +99,28 @@ impl<R: HoleRegion> Search<'_, R> {
     /// Free tracks and detections inside the gate, around the last or the predicted centre, also after the common
     /// motion.
     fn by_place(&mut self, least_likeness: f64) {
+        let tracks = self.free_tracks();
+        let pairs = self.pairs_near(&tracks, |search, row, column| {
+            search.likeness(row, column) >= least_likeness && search.goes_on(row, column)
+        });
+        self.assign(&pairs, RecognizedBy::Place);
+    }
+
+    /// Remembered tracks and free detections that are selected, inside the same gate.
+    fn from_memory(&mut self) {
+        let remembered = |&track: &usize| self.own[track].is_none() && self.known[track].is_remembered;
+        let tracks: Vec<usize> = (0..self.known.len()).filter(remembered).collect();
+        let pairs = self.pairs_near(&tracks, |search, row, column| {
+            search.is_selected[column] && search.likeness(row, column) >= MUCH_ALIKE
+        });
+        self.assign(&pairs, RecognizedBy::Place);
+    }
+
+    /// Some of these tracks and of the free detections inside the gate.
+    fn pairs_near(&self, tracks: &[usize], is_possible: impl Fn(&Self, usize, usize) -> bool) -> Vec<Pair> {
         let by_x = self.free_by_x();
         let mut pairs = Vec::new();
-        for row in self.free_tracks() {
+        for &row in tracks {
             let known = &self.known[row];
             let centers = self.possible_centers(known);
             // No gate is wider.
@@ -106,12 +129,12 @@ impl<R: HoleRegion> Search<'_, R> {
                 let detection = &self.detections[column];
                 let remote = centers.map(|center| remoteness(Hole { center, ..known.hole }, detection.hole));
                 let remoteness = remote.into_iter().fold(f64::INFINITY, f64::min);
-                if remoteness <= 1.0 && self.likeness(row, column) >= least_likeness && self.goes_on(row, column) {
+                if remoteness <= 1.0 && is_possible(self, row, column) {
                     pairs.push(Pair { row, column, gain: known.gain(detection, remoteness) });
                 }
             }
         }
-        self.assign(&pairs, RecognizedBy::Place);
+        pairs
     }
 
     /// Free tracks and detections whose regions contain each other's centres.
@@ -212,8 +235,10 @@ impl<R: HoleRegion> Search<'_, R> {
         }
     }
 
+    /// Tracks that are not remembered only.
     pub(super) fn free_tracks(&self) -> Vec<usize> {
-        (0..self.known.len()).filter(|&track| self.own[track].is_none()).collect()
+        let is_free = |&track: &usize| self.own[track].is_none() && !self.known[track].is_remembered;
+        (0..self.known.len()).filter(is_free).collect()
     }
 
     pub(super) fn free_detections(&self) -> Vec<usize> {

@@ -12,7 +12,7 @@ use super::recognition::RecognizedBy;
 use crate::topology::tracks::detection::Detected;
 use crate::topology::tracks::life::{Life, Report, Status};
 use crate::topology::tracks::track::{Track, TrackId};
-use crate::topology::tracks::tracker::Tracked;
+use crate::topology::tracks::tracker::{FrameStamp, Tracked};
 
 /// The weight of the newest movement in the velocity.
 const NEWEST_SHARE: f64 = 0.5;
@@ -62,7 +62,7 @@ impl<R> Tracked for HoleState<R> {
 
 impl<R: HoleRegion> HoleState<R> {
     /// The state of a new track, from its first detection.
-    pub fn new(key: u64, frame: u64, detection: Detection, parent: Option<u64>) -> Self {
+    pub fn new(key: u64, at: FrameStamp, detection: Detection, parent: Option<u64>) -> Self {
         let track = Track {
             id: TrackId(0),
             age: 1,
@@ -74,7 +74,7 @@ impl<R: HoleRegion> HoleState<R> {
             is_selected: true,
         };
         Self {
-            life: Life::new(key, frame, track, detection.persistence(), parent),
+            life: Life::new(key, at, track, detection.persistence(), parent),
             detection,
             region: R::default(),
             region_center: track.hole.center,
@@ -100,12 +100,13 @@ impl<R: HoleRegion> HoleState<R> {
         let expected = [0, 1].map(|axis| hole.center[axis] + velocity[axis] * frames);
         let persistence = self.life.track.persistence();
         let (triangle, region, shift, least) = (self.detection.triangle, &self.region, self.shift(), self.life.least);
-        LastSeen { triangle, hole, expected, persistence, region, shift, least }
+        let is_remembered = self.life.is_remembered;
+        LastSeen { triangle, hole, expected, persistence, region, shift, least, is_remembered }
     }
 
     /// Updates it with the detection that continues it.
-    pub fn see(&mut self, frame: u64, detection: &Detection, by: RecognizedBy, is_selected: bool) {
-        let frames = (frame - self.life.last_seen) as f64;
+    pub fn see(&mut self, at: FrameStamp, detection: &Detection, by: RecognizedBy, is_selected: bool) {
+        let frames = (at.number - self.life.last_seen) as f64;
         let track = &mut self.life.track;
         for axis in 0..2 {
             let moved = detection.hole.center[axis] - track.hole.center[axis];
@@ -118,7 +119,7 @@ impl<R: HoleRegion> HoleState<R> {
         }
         track.hole = detection.hole;
         (track.birth, track.death) = (detection.critical.birth, detection.critical.death);
-        self.life.see(frame, detection.persistence(), is_selected);
+        self.life.see(at, detection.persistence(), is_selected);
         self.detection = detection.clone();
     }
 

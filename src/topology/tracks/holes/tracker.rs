@@ -53,7 +53,7 @@ impl<R: HoleRegion> Tracker<HoleState<R>> {
         let before: Vec<Option<u64>> = newcomers.iter().map(|&place| self.holder_of(&all[place])).collect();
         for (state, own) in self.states.iter_mut().zip(own) {
             match own {
-                Some((place, by)) => state.see(at.number, &all[place], by, is_selected[place]),
+                Some((place, by)) => state.see(at, &all[place], by, is_selected[place]),
                 None => state.life.miss(),
             }
         }
@@ -61,7 +61,7 @@ impl<R: HoleRegion> Tracker<HoleState<R>> {
         for (&place, before) in newcomers.iter().zip(before) {
             let new = (all[place].hole, all[place].persistence());
             let parent = before.or_else(|| current_holder(&mut self.states, at.number, new, &mut find_region));
-            self.begin(|key| HoleState::new(key, at.number, all[place].clone(), parent));
+            self.begin(|key| HoleState::new(key, at, all[place].clone(), parent));
         }
         self.drop_void();
         let due = self.states.iter_mut().filter(|state| state.life.is_due(at.number, self.options.confirm));
@@ -137,7 +137,7 @@ mod tests {
     use super::*;
     use crate::topology::testing::{Points, clouds, ring};
     use crate::topology::{
-        Changed, EventKind, Options, Pipeline, Track, TrackOptions, TrackRule, Tracker, ViewSpec, Window,
+        Changed, EventKind, Options, Pipeline, Remember, Track, TrackOptions, TrackRule, Tracker, ViewSpec, Window,
     };
 
     /// A stream whose frames replace each other, and its tracker.
@@ -156,7 +156,8 @@ mod tests {
 
         fn show(&mut self, points: &[[f64; 2]]) -> TrackStep {
             assert_eq!(self.pipeline.feed_points(points, None), []);
-            self.pipeline.commit(None);
+            let time = 0.5 * self.pipeline.committed() as f64;
+            self.pipeline.commit(Some(time));
             self.pipeline.poll_tracks(&mut self.tracker).expect("a frame was committed")
         }
 
@@ -239,7 +240,53 @@ mod tests {
         assert_eq!(scene.hold(3, &small), [(2, 1, EventKind::Born)]);
         let both = [large, small.clone()].concat();
         assert_eq!(scene.hold(4, &both), [(5, 2, EventKind::Born), (6, 1, EventKind::Unselected)]);
-        assert_eq!(scene.hold(4, &small), [(9, 1, EventKind::Reselected), (10, 2, EventKind::Died)]);
+        assert_eq!(scene.hold(4, &small), [(9, 1, EventKind::Reselected { gone: 0 }), (10, 2, EventKind::Died)]);
+    }
+
+    #[test]
+    fn a_track_that_is_remembered_comes_back_under_its_id() {
+        let circle = ring(40, 10.0);
+        let small = ring(20, 4.0);
+        for (remember, lasting) in [(Remember::Frames(9), 9), (Remember::Time(4.5), 9), (Remember::Frames(3), 3)] {
+            let mut scene = Scene::new(TrackRule::Above(1.0));
+            scene.tracker.options.remember = remember;
+            assert_eq!(scene.hold(3, &circle), [(2, 1, EventKind::Born)]);
+            // It drifts, and goes on to drift while it is hidden.
+            for step in 1..=3 {
+                scene.show(&moved(&circle, [f64::from(step) * 2.0, 0.0]));
+            }
+            let news = scene.hold(5, &[[0.0, 0.0]]);
+            let back = scene.hold(3, &moved(&circle, [19.0, 0.0]));
+            if lasting > 5 {
+                assert_eq!(news, [(9, 1, EventKind::Unselected)], "{remember:?}");
+                assert_eq!(back, [(13, 1, EventKind::Reselected { gone: 5 })]);
+                assert_eq!(scene.hold(4, &small), [(16, 2, EventKind::Born), (17, 1, EventKind::Unselected)]);
+                let gone = scene.hold(12, &small);
+                assert_eq!(gone, [(24, 1, EventKind::Died)], "it is too long ago");
+            } else {
+                assert_eq!(news, [(9, 1, EventKind::Unselected), (10, 1, EventKind::Died)]);
+                assert_eq!(back, [(13, 2, EventKind::Born)]);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_remembered_takes_nothing_from_tracks_that_are_there() {
+        let mut scene = Scene::new(ABOVE);
+        scene.tracker.options.remember = Remember::Frames(100);
+        let circle = ring(40, 10.0);
+        let both = [circle.clone(), moved(&circle, [40.0, 0.0])].concat();
+        assert_eq!(scene.hold(3, &both).len(), 2);
+        let [left, right] = [-1.0, 1.0].map(|side| {
+            let is_there = |track: &&Track| (track.hole.center[0] - 20.0) * side > 0.0;
+            scene.tracker.alive().find(is_there).expect("two tracks").id.0
+        });
+        assert_eq!(scene.hold(6, &circle), [(6, right, EventKind::Unselected)]);
+        // The left one moves to where the right one was.
+        for step in 1..=40 {
+            let step = scene.show(&moved(&circle, [f64::from(step), 0.0]));
+            assert!(step.events.iter().all(|event| event.track.id.0 == left), "{step:?}");
+        }
     }
 
     #[test]
