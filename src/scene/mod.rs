@@ -18,7 +18,9 @@
 
 mod catalog;
 mod composition;
+mod foam;
 mod frame;
+mod horseshoe;
 mod motion;
 mod random;
 mod samples;
@@ -143,10 +145,8 @@ impl Scene {
         let mut random = Random::new(options.seed);
         let composition = compose(kind, &mut random.fork());
         let order = random.fork();
-        let wall = |(form, size)| {
-            let density = f64::from(options.points_per_radius) * size;
-            Wall::new(form, density, options.noise / size, random.fork())
-        };
+        let density = f64::from(options.points_per_radius);
+        let wall = |plan| Wall::new(plan, density, options.noise, random.fork());
         let walls = composition.shapes.iter().flat_map(Shape::walls).map(wall).collect();
         let smallest_radius = composition.shapes.iter().map(Shape::smallest_hole).fold(f64::INFINITY, f64::min);
         Ok(Self {
@@ -202,7 +202,8 @@ impl Scene {
     /// Each point of each wall as it is seen in a frame.
     fn visible_points(&self, moment: f64) -> Vec<Option<[f64; 2]>> {
         let bar = self.composition.sweep.map(|sweep| sweep.at(moment));
-        let points = |(wall, pose): (&Wall, &Pose)| wall.points(pose, bar).collect::<Vec<_>>();
+        let stride = self.composition.stride(moment);
+        let points = |(wall, pose): (&Wall, &Pose)| wall.points(pose, bar, stride).collect::<Vec<_>>();
         self.walls.iter().zip(&self.layout.poses).flat_map(points).collect()
     }
 }

@@ -21,12 +21,20 @@ pub struct TrueHole {
     pub radius: f64,
     /// The distance from the centre to the centres of its largest empty discs. It is 0 unless the hole is an annulus.
     pub orbit: f64,
+    /// Half of the segment around the centre on which the centres of its largest empty discs lie, and of those that are
+    /// at least 0.8 times as large. It is 0 unless the hole is slender.
+    pub ridge: [f64; 2],
 }
 
 impl TrueHole {
     /// The distance of a position from the centres of its largest empty discs.
     pub fn distance(&self, [x, y]: [f64; 2]) -> f64 {
+        let [along, across] = self.ridge;
+        let squared = along * along + across * across;
         let (dx, dy) = (x - self.center[0], y - self.center[1]);
+        // Where along the ridge the position is: -1 is one end, 1 is the other.
+        let at = if squared > 0.0 { ((dx * along + dy * across) / squared).clamp(-1.0, 1.0) } else { 0.0 };
+        let (dx, dy) = (dx - at * along, dy - at * across);
         ((dx * dx + dy * dy).sqrt() - self.orbit).abs()
     }
 }
@@ -84,7 +92,7 @@ impl Ideal for IdealHole {
     }
 
     fn named(&self, id: u64) -> TrueHole {
-        TrueHole { id, center: self.center, radius: self.radius, orbit: self.orbit }
+        TrueHole { id, center: self.center, radius: self.radius, orbit: self.orbit, ridge: self.ridge }
     }
 }
 
@@ -141,8 +149,14 @@ mod tests {
 
     fn events(frames: &[[f64; 2]]) -> Vec<Vec<TrueEvent>> {
         let mut truth = TruthTracker::new(0.5);
-        let ideal =
-            |persistence, partner| IdealHole { center: [0.0; 2], radius: 1.0, orbit: 0.0, persistence, partner };
+        let ideal = |persistence, partner| IdealHole {
+            center: [0.0; 2],
+            radius: 1.0,
+            orbit: 0.0,
+            ridge: [0.0; 2],
+            persistence,
+            partner,
+        };
         let advance = |&[first, second]: &[f64; 2]| truth.advance(&[ideal(first, None), ideal(second, Some(1))]).1;
         frames.iter().map(advance).collect()
     }
@@ -166,7 +180,14 @@ mod tests {
 
     #[test]
     fn distances_to_an_annulus_are_measured_from_its_middle_circle() {
-        let hole = TrueHole { id: 1, center: [1.0, 0.0], radius: 1.0, orbit: 2.0 };
+        let hole = TrueHole { id: 1, center: [1.0, 0.0], radius: 1.0, orbit: 2.0, ridge: [0.0; 2] };
         assert_eq!([[1.0, 0.0], [3.0, 0.0], [1.0, 5.0]].map(|place| hole.distance(place)), [2.0, 0.0, 3.0]);
+    }
+
+    #[test]
+    fn distances_to_a_slender_hole_are_measured_from_its_ridge() {
+        let hole = TrueHole { id: 1, center: [1.0, 0.0], radius: 1.0, orbit: 0.0, ridge: [0.0, 2.0] };
+        let distances = [[1.0, 1.5], [1.0, -2.0], [4.0, 1.0], [1.0, 3.0]].map(|place| hole.distance(place));
+        assert_eq!(distances, [0.0, 0.0, 3.0, 1.0]);
     }
 }

@@ -19,7 +19,7 @@ fn scenes_are_listed() {
     let list = scene("--list").text();
     // In the plane, in R^d, signals.
     let counts: Vec<usize> = list.split("\n\n").map(|family| family.lines().count()).collect();
-    assert_eq!(counts, [13, 9, 2]);
+    assert_eq!(counts, [22, 9, 2]);
     assert!(list.starts_with("drift       8 rings drift on smooth paths\n"), "{list}");
     for line in list.lines().filter(|line| !line.is_empty()) {
         let (name, about) = line.split_once(' ').unwrap();

@@ -85,6 +85,9 @@ pub struct PlaneHole {
     y: f64,
     radius: f64,
     orbit: f64,
+    /// Of a slender hole only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ridge: Option<[f64; 2]>,
 }
 
 /// A hole in R^d.
@@ -147,8 +150,8 @@ impl WrittenHole for TrueHole {
     type Form<'a> = PlaneHole;
 
     fn form(&self) -> PlaneHole {
-        let &Self { id, center: [x, y], radius, orbit } = self;
-        PlaneHole { id, x, y, radius, orbit }
+        let &Self { id, center: [x, y], radius, orbit, ridge } = self;
+        PlaneHole { id, x, y, radius, orbit, ridge: Some(ridge).filter(|&ridge| ridge != [0.0; 2]) }
     }
 }
 
