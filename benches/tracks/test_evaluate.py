@@ -142,7 +142,8 @@ class ReportedTest(unittest.TestCase):
         self.assertEqual(self.of({}), Reported(1, 0, 0, 1, 0))
 
     def test_a_second_report_is_false(self) -> None:
-        self.assertEqual(self.of({21: [split()], 22: [split(id=5)]}), Reported(1, 1, 0, 0, 1))
+        self.assertEqual(self.of({21: [split()], 22: [split(id=5)]}), Reported(1, 1, 0, 0, 1, 1))
+        self.assertEqual(self.of({21: [split()], 30: [split(id=5)]}), Reported(1, 1, 0, 0, 1, 0))
 
     def test_a_split_elsewhere_is_another(self) -> None:
         self.assertEqual(self.of({20: [split(y=3.0)]}), Reported(1, 0, 0, 1, 1))

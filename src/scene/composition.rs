@@ -7,11 +7,9 @@
 //!
 //! Must not know: points, noise.
 
-use super::foam::{Band, Foam};
-use super::horseshoe::Horseshoe;
 use super::motion::{Cycle, Oscillation};
 use super::random::Random;
-use super::shape::{ConcentricRings, Pair, Ring, Shape};
+use super::shape::{Band, ConcentricRings, Foam, Horseshoe, Pair, Ring, Shape};
 use super::turn::direction;
 use super::wall::{Bar, Form, WallPlan};
 

@@ -7,10 +7,10 @@
 //!
 //! Must not know: points, noise, other shapes.
 
-use super::motion::{Cycle, Oscillation};
-use super::shape::{IdealHole, Layout};
-use super::turn::{direction, moved};
-use super::wall::{Form, Missing, Pose, WallPlan};
+use super::{IdealHole, Layout};
+use crate::scene::motion::{Cycle, Oscillation};
+use crate::scene::turn::{direction, moved};
+use crate::scene::wall::{Form, Missing, Pose, WallPlan};
 
 /// A horseshoe.
 #[derive(Clone, Debug)]

@@ -12,10 +12,10 @@
 //!
 //! Must not know: points, noise, other shapes.
 
-use super::motion::{Cycle, Oscillation};
-use super::shape::{IdealHole, Layout};
-use super::turn::{direction, moved, turned};
-use super::wall::{Form, Missing, Pose, WallPlan};
+use super::{IdealHole, Layout};
+use crate::scene::motion::{Cycle, Oscillation};
+use crate::scene::turn::{direction, moved, turned};
+use crate::scene::wall::{Form, Missing, Pose, WallPlan};
 
 /// A foam.
 #[derive(Clone, Debug)]

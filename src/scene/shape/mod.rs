@@ -8,8 +8,12 @@
 //!
 //! Must not know: points, noise, other shapes, which shapes a scene has.
 
-use super::foam::Foam;
-use super::horseshoe::Horseshoe;
+mod foam;
+mod horseshoe;
+
+pub use foam::{Band, Foam};
+pub use horseshoe::Horseshoe;
+
 use super::motion::{Cycle, Oscillation};
 use super::turn::{direction, moved};
 use super::wall::{Form, Missing, Pose, WallPlan};
