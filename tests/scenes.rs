@@ -8,7 +8,7 @@ use hopes::topology::{Options as Stream, Pipeline, RankedDot, Window};
 /// Around an event that takes time, so many frames may show the number of holes before or after it.
 fn transition(kind: Kind) -> u64 {
     match kind {
-        Kind::Pinch | Kind::Fuse | Kind::Open | Kind::Mixed | Kind::Horseshoes | Kind::Cells => 4,
+        Kind::Pinch | Kind::Fuse | Kind::Open | Kind::Mixed | Kind::CShapes | Kind::Cells => 4,
         _ => 0,
     }
 }
@@ -109,7 +109,7 @@ fn the_truth_is_what_the_skeleton_shows() {
 fn the_truth_moves_with_the_camera() {
     for camera in ["pan:2", "turn:1", "zoom:0.5", "shake:3"] {
         let options = Options { camera: Some(camera.parse().unwrap()), ..Options::default() };
-        for kind in [Kind::Concentric, Kind::Ellipses, Kind::Horseshoes, Kind::Cells, Kind::Open] {
+        for kind in [Kind::Concentric, Kind::Ellipses, Kind::CShapes, Kind::Cells, Kind::Open] {
             let tally = compare(kind, options, 400, 41, transition(kind));
             assert_eq!((tally.differing_calm, tally.unseen), (0, 0), "{} {camera}: {tally:?}", kind.name());
             let (moving, resting) = (play(kind, options, 50), play(kind, Options { camera: None, ..options }, 50));
@@ -165,7 +165,7 @@ fn the_truth_is_what_the_skeleton_shows_in_every_frame() {
 /// The hole of an event.
 fn id(event: &TrueEvent) -> u64 {
     match *event {
-        TrueEvent::Born { id }
+        TrueEvent::Born { id, .. }
         | TrueEvent::Split { id, .. }
         | TrueEvent::Merged { id, .. }
         | TrueEvent::Died { id } => id,
@@ -282,7 +282,7 @@ fn each_scene_has_the_events_of_its_name() {
             Kind::Pinch => [true, true, false, true],
             Kind::Fuse => [true, false, true, true],
             Kind::Cells => [false, true, true, false],
-            Kind::Open | Kind::Vanish | Kind::Crowd | Kind::Horseshoes => [true, false, false, true],
+            Kind::Open | Kind::Vanish | Kind::Crowd | Kind::CShapes => [true, false, false, true],
             Kind::Mixed => [true; 4],
             _ => [false; 4],
         };

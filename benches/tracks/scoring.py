@@ -19,7 +19,7 @@ import itertools
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import motmetrics
@@ -71,6 +71,7 @@ class Truth:
     header: dict[str, Any]
     holes: dict[int, dict[int, Hole]] = field(default_factory=dict)  # by frame, by id
     happenings: list[Happening] = field(default_factory=list)
+    was: dict[int, int] = field(default_factory=dict)  # ids before, of holes that were fainter than P for a time
 
     @property
     def above(self) -> float:
@@ -92,6 +93,7 @@ def read_truth(lines: Iterable[str]) -> Truth:
             for hole in value["holes"]
         }
         truth.happenings += happenings(frame, value["events"])
+        truth.was |= {event["id"]: event["was"] for event in value["events"] if "was" in event}
     return truth
 
 
@@ -211,6 +213,7 @@ COUNTS = {
 
 def identity(truth: Truth, alive: dict[int, list[Dot]]) -> Identity:
     accumulator = motmetrics.MOTAccumulator()
+    truth = joined(truth, alive)
     for frame, holes in truth.holes.items():
         dots = alive.get(frame, [])
         accumulator.update(list(holes), [dot.id for dot in dots], distances(holes, dots), frameid=frame)
@@ -220,6 +223,25 @@ def identity(truth: Truth, alive: dict[int, list[Dot]]) -> Identity:
     counts = {name: int(measures[key]) for key, name in COUNTS.items()}
     # Frames without holes and without reports count too.
     return Identity(**counts | {"frames": len(truth.holes)})
+
+
+def joined(truth: Truth, alive: dict[int, list[Dot]]) -> Truth:
+    """The truth in which a hole that fell below P, but never vanished, is one hole where it has been one track.
+
+    A selection without a bound follows such a hole all the time; above:P ends it and begins another. Both are right.
+    """
+    seen: dict[int, list[int]] = {}  # for each hole the ids of its tracks, frame by frame
+    for frame, holes in truth.holes.items():
+        for id, hole in holes.items():
+            near = [(hole.distance(dot.x, dot.y), dot.id) for dot in alive.get(frame, [])]
+            if near and min(near)[0] <= NEAR:
+                seen.setdefault(id, []).append(min(near)[1])
+    one = {id: id for id in seen}
+    for id, before in sorted(truth.was.items()):
+        if id in seen and before in seen and seen[before][-1] == seen[id][0]:
+            one[id] = one[before]
+    holes = {frame: {one.get(id, id): hole for id, hole in holes.items()} for frame, holes in truth.holes.items()}
+    return replace(truth, holes=holes)
 
 
 def distances(holes: dict[int, Hole], dots: list[Dot]) -> np.ndarray:

@@ -24,9 +24,9 @@ use crate::formats::scene::{Header, ScenePoints, Truth, WrittenHole};
 
 /// Make points whose true holes are known.
 ///
-/// Rings and other shapes drift, pinch, fuse, open, pass, vanish, breathe, hide behind a bar. Their points come as a
-/// stream, and their true holes, under ids that last, as JSON lines in a file. The same seed gives the same bytes on
-/// every machine.
+/// Rings and other shapes drift, pinch, fuse, open, pass, vanish, breathe, hide behind a bar; the walls of cells open
+/// and slide. Their points come as a stream, and their true holes, under ids that last, as JSON lines in a file. The
+/// camera may move, and stray points may lie around. The same seed gives the same bytes on every machine.
 ///
 /// Scenes in R^3 (torus, trefoil, rings3, links, pinch3, sphere) turn; circle, cube:D and delay:D are clouds of any
 /// dimension that stay. One frame of a scene is a cloud for tests. A signal (gait, sine) is a number a line.
@@ -76,17 +76,17 @@ pub struct Play {
     churn: Option<f64>,
     /// Move the whole picture, and its true holes: pan, turn, zoom or shake, in the plane.
     ///
-    /// SPEED, 0 to 100, is in radii of the smallest hole a frame. pan: everything moves at this speed, in a large circle.
-    /// turn: the picture turns around its middle; its ends move at this speed. zoom: it swells and shrinks by a quarter
-    /// around its middle; its ends move at this speed at most. shake: it jumps anywhere, at most so far. Ends: of the row
-    /// of shapes.
+    /// SPEED, 0 to 100, is in radii of the smallest hole a frame. pan: all moves at this speed, in a large circle.
+    /// turn: the picture turns around its middle; the ends of the row of shapes move at this speed. zoom: it swells and
+    /// shrinks by a quarter around its middle; the ends move at this speed at most. shake: it jumps anywhere, at most
+    /// so far.
     #[arg(long, value_name = "MOTION:SPEED", value_parser = camera)]
     camera: Option<Camera>,
-    /// Stray points, uniform in the bounding box: so many for each point of a wall, 0 to 1, in the plane [default: 0].
+    /// Stray points, uniform in the bounding box: so many for each point of a wall, 0 to 1 [default: 0].
     ///
-    /// The box is that of the walls' points, widened by 5% at each side. --churn holds for stray points too; those that
-    /// stay move with the picture. They are the last points of each frame, unless it is shuffled; the truth says how many
-    /// ("clutter").
+    /// In the plane. The box is that of the walls' points, widened by 5% at each side. --churn holds for stray points
+    /// too; those that stay move with the picture. They are the last points of each frame, unless it is shuffled; the
+    /// truth says how many ("clutter").
     #[arg(long, value_name = "SHARE", value_parser = clutter)]
     clutter: Option<f64>,
     /// The stray points come in clumps of 2 to 6, within 0.06 radii of the smallest hole; SHARE holds in the mean.
@@ -97,8 +97,10 @@ pub struct Play {
     shuffle: bool,
     /// Where to write the true holes of every frame, and what happens to them, as JSON lines.
     ///
-    /// Events: born, split, merged, died. A hole counts from a persistence of 0.4 times the smallest radius on ("above"
-    /// in the first line; in R^d it is another for each scene).
+    /// Events: born (of a hole that never vanished but was less persistent, with "was", its id before), split, merged,
+    /// died. A hole counts from a persistence of 0.4 times the smallest radius on ("above"
+    /// in the first line; in R^d it is another for each scene). The centres of its largest empty discs lie at the
+    /// distance "orbit" from its centre, or on the segment of plus and minus "ridge" (of slender holes) around it.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     /// How the points are written [default: as the suffix of --output says, else text].

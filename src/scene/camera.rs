@@ -52,8 +52,8 @@ pub struct Camera {
 pub struct UnknownCamera(String);
 
 impl Camera {
-    /// A camera of this speed: how far it moves the picture in a frame, in radii of the smallest hole. None: the speed is
-    /// not 0 to 100.
+    /// A camera of this speed: how far it moves the picture in a frame, in radii of the smallest hole. None: the speed
+    /// is not 0 to 100.
     pub fn new(motion: Motion, speed: f64) -> Option<Self> {
         (0.0..=MOST_SPEED).contains(&speed).then_some(Self { motion, speed })
     }

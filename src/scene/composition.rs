@@ -53,7 +53,7 @@ pub enum Kind {
     /// Stars that turn.
     Stars,
     /// Thick Cs whose mouths open and close.
-    Horseshoes,
+    CShapes,
     /// A foam whose walls open and slide.
     Cells,
     /// Rings of uneven density.
@@ -86,7 +86,7 @@ impl Kind {
         Self::Mixed,
         Self::Ellipses,
         Self::Stars,
-        Self::Horseshoes,
+        Self::CShapes,
         Self::Cells,
         Self::Uneven,
         Self::Densities,
@@ -124,9 +124,7 @@ impl Kind {
             Self::Mixed => ("mixed", "all kinds of events in one plane"),
             Self::Ellipses => ("ellipses", "8 rotating ellipses, 2 to 3.5 times as long as wide"),
             Self::Stars => ("stars", "8 rotating stars of 4 to 7 tips"),
-            Self::Horseshoes => {
-                ("cshapes", "4 thick Cs swing; their mouths open until no bay is left, and close again")
-            }
+            Self::CShapes => ("cshapes", "4 thick Cs swing; their mouths open until no bay is left, and close again"),
             Self::Cells => {
                 ("cells", "a foam of 18 cells: walls vanish and come, others slide past each other (T1 flips)")
             }
@@ -218,7 +216,7 @@ pub fn compose(kind: Kind, random: &mut Random) -> Composition {
         Kind::Stars => {
             (each(8, |share| vec![Shape::Ring(spinning(random, Form::Star(4 + (share * 8.0) as u8 % 4)))]), slow)
         }
-        Kind::Horseshoes => (each(4, |share| vec![horseshoe(random, share)]), Oscillation::default()),
+        Kind::CShapes => (each(4, |share| vec![horseshoe(random, share)]), Oscillation::default()),
         Kind::Cells => (vec![vec![foam(random)]], slow),
         Kind::Uneven => (each(8, |_| vec![uneven(random)]), Oscillation::default()),
         Kind::Densities => (
@@ -229,7 +227,7 @@ pub fn compose(kind: Kind, random: &mut Random) -> Composition {
         Kind::Many => (each(50, |_| column(random)), slow),
         Kind::Sizes => (sizes(random), Oscillation::default()),
     };
-    let clearance = if matches!(kind, Kind::Stars | Kind::Horseshoes) { WIDE_CLEARANCE } else { CLEARANCE };
+    let clearance = if matches!(kind, Kind::Stars | Kind::CShapes) { WIDE_CLEARANCE } else { CLEARANCE };
     let (shapes, half) = row(places, clearance);
     if kind == Kind::Occlusion {
         // Where it hides most of the smallest ring, a cap as deep as the bar is wide, the hole keeps more than half of

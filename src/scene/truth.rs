@@ -46,6 +46,8 @@ pub enum TrueEvent {
     Born {
         /// The hole.
         id: u64,
+        /// Its id before, if it never vanished since then, but was less persistent than a true hole.
+        was: Option<u64>,
     },
     /// The hole begins and was a part of another hole.
     Split {
@@ -102,18 +104,21 @@ pub struct TruthTracker {
     above: f64,
     /// The id of each ideal hole that exists.
     ids: Vec<Option<u64>>,
+    /// The last id of each ideal hole that died but has not vanished.
+    faint: Vec<Option<u64>>,
     last: u64,
 }
 
 impl TruthTracker {
     /// Holes with at least the persistence `above` exist.
     pub fn new(above: f64) -> Self {
-        Self { above, ids: Vec::new(), last: 0 }
+        Self { above, ids: Vec::new(), faint: Vec::new(), last: 0 }
     }
 
     /// The true holes of the next frame by id, and its events. Every frame has the same number of ideal holes.
     pub fn advance<I: Ideal>(&mut self, holes: &[I]) -> (Vec<I::Hole>, Vec<TrueEvent>) {
         self.ids.resize(holes.len(), None);
+        self.faint.resize(holes.len(), None);
         let before = self.ids.clone();
         let mut events = Vec::new();
         for (slot, ideal) in holes.iter().enumerate() {
@@ -127,13 +132,18 @@ impl TruthTracker {
                     self.last += 1;
                     let id = self.last;
                     self.ids[slot] = Some(id);
-                    events.push(partner.map_or(TrueEvent::Born { id }, |from| TrueEvent::Split { id, from }));
+                    let was = self.faint[slot].take();
+                    events.push(partner.map_or(TrueEvent::Born { id, was }, |from| TrueEvent::Split { id, from }));
                 }
                 (Some(id), false) => {
                     self.ids[slot] = None;
+                    self.faint[slot] = Some(id);
                     events.push(partner.map_or(TrueEvent::Died { id }, |into| TrueEvent::Merged { id, into }));
                 }
                 _ => {}
+            }
+            if ideal.persistence() <= 0.0 {
+                self.faint[slot] = None;
             }
         }
         let mut there: Vec<(u64, &I)> =
@@ -167,15 +177,27 @@ mod tests {
         let events = events(&[[1.0, 0.0], [1.0, 0.5], [1.0, 0.4], [1.0, 0.6], [0.0, 0.0]]);
         let split = |id| vec![Split { id, from: 1 }];
         let ended = vec![Died { id: 1 }, Died { id: 3 }];
-        assert_eq!(events, [vec![Born { id: 1 }], split(2), vec![Merged { id: 2, into: 1 }], split(3), ended]);
+        assert_eq!(
+            events,
+            [vec![Born { id: 1, was: None }], split(2), vec![Merged { id: 2, into: 1 }], split(3), ended]
+        );
     }
 
     #[test]
     fn holes_that_begin_or_end_together_are_no_split_and_no_merge() {
         use TrueEvent::*;
         let events = events(&[[1.0, 1.0], [0.0, 1.0], [1.0, 0.0], [0.0, 0.0]]);
-        let both = vec![Born { id: 1 }, Born { id: 2 }];
-        assert_eq!(events, [both, vec![Died { id: 1 }], vec![Born { id: 3 }, Died { id: 2 }], vec![Died { id: 3 }]]);
+        let born = |id| Born { id, was: None };
+        let both = vec![born(1), born(2)];
+        assert_eq!(events, [both, vec![Died { id: 1 }], vec![born(3), Died { id: 2 }], vec![Died { id: 3 }]]);
+    }
+
+    #[test]
+    fn a_hole_that_was_faint_tells_who_it_was() {
+        use TrueEvent::*;
+        let told = |faint: f64| events(&[[1.0, 0.0], [faint, 0.0], [0.1, 0.0], [1.0, 0.0]]).pop();
+        assert_eq!(told(0.2), Some(vec![Born { id: 2, was: Some(1) }]));
+        assert_eq!(told(0.0), Some(vec![Born { id: 2, was: None }]));
     }
 
     #[test]

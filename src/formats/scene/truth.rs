@@ -140,10 +140,22 @@ pub struct Run {
 #[derive(Serialize)]
 #[serde(tag = "event", rename_all = "lowercase")]
 enum Event {
-    Born { id: u64 },
-    Split { id: u64, from: u64 },
-    Merged { id: u64, into: u64 },
-    Died { id: u64 },
+    Born {
+        id: u64,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        was: Option<u64>,
+    },
+    Split {
+        id: u64,
+        from: u64,
+    },
+    Merged {
+        id: u64,
+        into: u64,
+    },
+    Died {
+        id: u64,
+    },
 }
 
 impl<W: Write> Truth<W> {
@@ -206,7 +218,7 @@ impl WrittenHole for TrueRun {
 
 fn event(event: &TrueEvent) -> Event {
     match *event {
-        TrueEvent::Born { id } => Event::Born { id },
+        TrueEvent::Born { id, was } => Event::Born { id, was },
         TrueEvent::Split { id, from } => Event::Split { id, from },
         TrueEvent::Merged { id, into } => Event::Merged { id, into },
         TrueEvent::Died { id } => Event::Died { id },

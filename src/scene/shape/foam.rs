@@ -3,12 +3,12 @@
 //! In: a frame's number. Out: the pose of each wall, and each cell's hole with its exact persistence.
 //!
 //! ```text
-//! ┌────┬──┬────┬──┐   Two cells of a pair, a wide and a narrow one, merge and split: the wall between them opens from
-//! ├──┬─┴──┼──┬─┴──┤   its middle. The walls of a band slide to and fro. Where those of two bands pass each other, the
-//! └──┴────┴──┴────┘   cells there change their neighbours (a T1 flip).
+//! ┌────┬──┬────┬──┐   Two cells of a pair, a wide and a narrow one, merge and split: the wall between opens from
+//! ├──┬─┴──┼──┬─┴──┤   its middle. The walls of a band slide to and fro. Where those of two bands pass each
+//! └──┴────┴──┴────┘   other, the cells there change their neighbours (a T1 flip).
 //! ```
 //!
-//! Invariants: all cells are rectangles that are higher than wide. Of a pair the wide cell is first. Formulas are exact.
+//! Invariants: all cells are rectangles, higher than wide. The wide cell of a pair is first. Formulas are exact.
 //!
 //! Must not know: points, noise, other shapes.
 
