@@ -3,7 +3,8 @@
 //! In: a kind and random numbers. Out: the scene's composition.
 //!
 //! Invariants: shapes stand in a row, at least [`CLEARANCE`] apart, or pass each other in such a row. Rings in a row
-//! enclose nothing between them. Rings that form a ring or a grid would make holes that the truth does not have.
+//! enclose nothing between them. Rings that form a ring or a grid would make holes that the truth does not have, unless
+//! the rows are very far apart.
 //!
 //! Must not know: points, noise.
 
@@ -220,7 +221,7 @@ pub fn compose(kind: Kind, random: &mut Random) -> Composition {
         Kind::Cells => (vec![vec![foam(random)]], slow),
         Kind::Uneven => (each(8, |_| vec![uneven(random)]), Oscillation::default()),
         Kind::Densities => (
-            each(10, |share| vec![of_density(random, DENSITIES[(share * 10.0).round() as usize])]),
+            each(10, |share| vec![of_density(random, MIXED_DENSITIES[(share * 10.0).round() as usize])]),
             Oscillation::default(),
         ),
         Kind::Rates => (each(8, |_| vec![of_density(random, 4.0)]), Oscillation::default()),
@@ -359,7 +360,7 @@ fn foam(random: &mut Random) -> Shape {
         let openings = [0, 1, 2].map(opening).to_vec();
         let period = random.between(160.0, 240.0);
         let slide = Oscillation { reach: [Foam::SLIDE], periods: [period], phases: [f64::from(number) / 3.0] };
-        Band { openings, slide, begins_wide: number % 2 == 0 }
+        Band { openings, slide, begins_wide: number.is_multiple_of(2) }
     };
     Shape::Foam(Foam { place: [0.0; 2], tilt, bands: [0, 1, 2].map(band).to_vec() })
 }
@@ -375,8 +376,8 @@ fn of_density(random: &mut Random, density: f64) -> Shape {
     Shape::Ring(Ring { plan: WallPlan { density, ..ring.plan }, ..ring })
 }
 
-/// The densities of a row of rings: from a quarter to four times, each with the next but one beside it.
-const DENSITIES: [f64; 10] = [1.0, 0.25, 4.0, 0.5, 2.0, 0.25, 1.0, 4.0, 0.5, 2.0];
+/// The densities of a row of rings, relative to the usual. Neighbours differ.
+const MIXED_DENSITIES: [f64; 10] = [1.0, 0.25, 4.0, 0.5, 2.0, 0.25, 1.0, 4.0, 0.5, 2.0];
 
 /// How the number of points jumps, among 1/2, 1, 2 and 4 times the usual.
 fn strides(random: &mut Random) -> Cycle {

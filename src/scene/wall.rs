@@ -273,8 +273,8 @@ impl Wall {
     /// Every point, in order along the wall. None: it is not visible. Only the points of every `stride`-th piece are.
     pub fn points(&self, pose: &Pose, bar: Option<Bar>, stride: u32) -> impl Iterator<Item = Option<[f64; 2]>> {
         let (turn, pieces) = (direction(pose.turns), self.samples.len() as f64);
-        (0..).zip(self.samples.iter()).map(move |(number, sample)| {
-            if number % stride != 0 {
+        (0_u32..).zip(self.samples.iter()).map(move |(number, sample)| {
+            if !number.is_multiple_of(stride) {
                 return None;
             }
             let share = (f64::from(number) + sample.along) / pieces;
