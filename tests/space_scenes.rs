@@ -182,7 +182,7 @@ fn a_ring_pinches_in_two_and_opens_again() {
         assert!(counts.starts_with(&[1, 2, 1, 2]) && counts.iter().all(|&count| count <= 2), "seed {seed}: {counts:?}");
         let events: Vec<TrueEvent> = frames.iter().flat_map(|frame| frame.events.clone()).take(4).collect();
         let (first, second) = (TrueEvent::Split { id: 2, from: 1 }, TrueEvent::Split { id: 3, from: 1 });
-        assert_eq!(events, [TrueEvent::Born { id: 1 }, first, TrueEvent::Merged { id: 2, into: 1 }, second]);
+        assert_eq!(events, [TrueEvent::Born { id: 1, was: None }, first, TrueEvent::Merged { id: 2, into: 1 }, second]);
         for frame in &frames {
             if let [larger, smaller] = &frame.holes[..] {
                 assert!(larger.radius > smaller.radius && smaller.radius > 0.7 && larger.radius < 1.06);
@@ -464,6 +464,9 @@ fn frames_only_cut_a_signal_into_pieces() {
             assert!(frame.gone.is_empty() && frame.come == frame.points && frame.events.len() <= 1);
         }
         let events: Vec<TrueEvent> = frames.into_iter().flat_map(|frame| frame.events).take(3).collect();
-        assert_eq!(events, [TrueEvent::Born { id: 1 }, TrueEvent::Died { id: 1 }, TrueEvent::Born { id: 2 }]);
+        assert_eq!(
+            events,
+            [TrueEvent::Born { id: 1, was: None }, TrueEvent::Died { id: 1 }, TrueEvent::Born { id: 2, was: None }]
+        );
     }
 }

@@ -1,19 +1,25 @@
 """How well tracks follow the true holes of a scene.
 
-In: the truth of a scene (as `hopes scene --truth` writes it), the frames of `hopes serve --track above:P --track-list`,
+In: the truth of a scene (as `hopes scene --truth` writes it), the frames of `hopes serve --track RULE --track-list`,
 both as lines. Out: counts that add up over runs: of the CLEAR MOT and identity measures (by motmetrics), of splits and
 mergers; the same for a rival that follows the dots of the persistence diagram alone.
 
 A reported hole may be a true one if its centre is off by at most `NEAR` of the true radius; centres are compared by
-where the largest empty discs of the true hole lie (its orbit). Nothing here runs a program or opens a file.
+where the largest empty discs of the true hole lie (its orbit, its ridge). Nothing here runs a program or opens a file.
+
+A selection that holds more dots than there are holes follows noise too. So whatever it is, a track counts in a frame
+if its dot there is a hole by the measure of the truth (persistence P or more). This hides no jump of an identity: the
+hole's dot is such a dot, whatever track it is given to, so another id on it is a switch; and an id that went to a
+noise dot is missing from its hole. A hole whose dot falls below P by noise is missed in that frame, by any selection.
 """
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import motmetrics
@@ -38,10 +44,14 @@ class Hole:
     y: float
     radius: float
     orbit: float
+    ridge: tuple[float, float] = (0.0, 0.0)  # half of a segment around the centre
 
     def distance(self, x: float, y: float) -> float:
         """The distance of a reported centre, in radii."""
-        return abs(math.hypot(x - self.x, y - self.y) - self.orbit) / self.radius
+        (along, across), (dx, dy) = self.ridge, (x - self.x, y - self.y)
+        squared = along * along + across * across
+        at = max(-1.0, min(1.0, (dx * along + dy * across) / squared)) if squared else 0.0
+        return abs(math.hypot(dx - at * along, dy - at * across) - self.orbit) / self.radius
 
 
 @dataclass(frozen=True)
@@ -61,10 +71,16 @@ class Truth:
     header: dict[str, Any]
     holes: dict[int, dict[int, Hole]] = field(default_factory=dict)  # by frame, by id
     happenings: list[Happening] = field(default_factory=list)
+    was: dict[int, int] = field(default_factory=dict)  # ids before, of holes that were fainter than P for a time
 
     @property
     def above(self) -> float:
         return self.header["above"]
+
+    @property
+    def most(self) -> int:
+        """The largest number of holes of a frame."""
+        return max((len(holes) for holes in self.holes.values()), default=0)
 
 
 def read_truth(lines: Iterable[str]) -> Truth:
@@ -73,9 +89,11 @@ def read_truth(lines: Iterable[str]) -> Truth:
     for value in values:
         frame = value["frame"]
         truth.holes[frame] = {
-            hole["id"]: Hole(hole["x"], hole["y"], hole["radius"], hole["orbit"]) for hole in value["holes"]
+            hole["id"]: Hole(hole["x"], hole["y"], hole["radius"], hole["orbit"], tuple(hole.get("ridge", (0.0, 0.0))))
+            for hole in value["holes"]
         }
         truth.happenings += happenings(frame, value["events"])
+        truth.was |= {event["id"]: event["was"] for event in value["events"] if "was" in event}
     return truth
 
 
@@ -106,6 +124,11 @@ class Dot:
 class Tracks:
     alive: dict[int, list[Dot]] = field(default_factory=dict)  # by frame
     happenings: list[Happening] = field(default_factory=list)
+
+    def is_hole(self, id: int, frame: int, above: float) -> bool:
+        """Whether a track has a dot of this persistence within three frames."""
+        near = (self.alive.get(each, []) for each in range(frame - IN_TIME, frame + IN_TIME + 1))
+        return any(dot.id == id and dot.persistence >= above for dots in near for dot in dots)
 
 
 def read_tracks(lines: Iterable[str]) -> Tracks:
@@ -190,6 +213,7 @@ COUNTS = {
 
 def identity(truth: Truth, alive: dict[int, list[Dot]]) -> Identity:
     accumulator = motmetrics.MOTAccumulator()
+    truth = joined(truth, alive)
     for frame, holes in truth.holes.items():
         dots = alive.get(frame, [])
         accumulator.update(list(holes), [dot.id for dot in dots], distances(holes, dots), frameid=frame)
@@ -199,6 +223,25 @@ def identity(truth: Truth, alive: dict[int, list[Dot]]) -> Identity:
     counts = {name: int(measures[key]) for key, name in COUNTS.items()}
     # Frames without holes and without reports count too.
     return Identity(**counts | {"frames": len(truth.holes)})
+
+
+def joined(truth: Truth, alive: dict[int, list[Dot]]) -> Truth:
+    """The truth in which a hole that fell below P, but never vanished, is one hole where it has been one track.
+
+    A selection without a bound follows such a hole all the time; above:P ends it and begins another. Both are right.
+    """
+    seen: dict[int, list[int]] = {}  # for each hole the ids of its tracks, frame by frame
+    for frame, holes in truth.holes.items():
+        for id, hole in holes.items():
+            near = [(hole.distance(dot.x, dot.y), dot.id) for dot in alive.get(frame, [])]
+            if near and min(near)[0] <= NEAR:
+                seen.setdefault(id, []).append(min(near)[1])
+    one = {id: id for id in seen}
+    for id, before in sorted(truth.was.items()):
+        if id in seen and before in seen and seen[before][-1] == seen[id][0]:
+            one[id] = one[before]
+    holes = {frame: {one.get(id, id): hole for id, hole in holes.items()} for frame, holes in truth.holes.items()}
+    return replace(truth, holes=holes)
 
 
 def distances(holes: dict[int, Hole], dots: list[Dot]) -> np.ndarray:
@@ -224,24 +267,40 @@ class Reported:
     late: int = 0
     missed: int = 0
     false: int = 0
+    again: int = 0  # those of the false ones that tell a true event once more
 
     def __add__(self, other: Reported) -> Reported:
         return Reported(*(getattr(self, each.name) + getattr(other, each.name) for each in fields(self)))
 
 
-def reported(truth: Truth, happenings: list[Happening], kind: str) -> Reported:
-    """Matches each true event with at most one report and vice versa, as close in time as possible."""
+def reported(
+    truth: Truth,
+    happenings: list[Happening],
+    kind: str,
+    slack: int = 0,
+    counts: Callable[[Happening], bool] = lambda report: True,
+) -> Reported:
+    """Matches each true event with at most one report and vice versa, as close in time as possible.
+
+    A selection without a bound sees the smaller part before a split, and after a merger, while its persistence is
+    below that of the truth: for at most `slack` frames, in which its report is in time too. A report that belongs to no
+    event is false if it `counts`.
+    """
     true = [each for each in truth.happenings if each.kind == kind]
     said = [each for each in happenings if each.kind == kind]
+    earliest, latest = (-IN_TIME - slack, IN_TIME) if kind == "split" else (-IN_TIME, IN_TIME + slack)
     impossible = 1e6
     costs = np.full((len(true), len(said)), impossible)
     for row, event in enumerate(true):
         for column, report in enumerate(said):
-            if -IN_TIME <= report.frame - event.frame <= LATE and is_in_place(truth, event, report):
+            if earliest <= report.frame - event.frame <= LATE and is_in_place(truth, event, report):
                 costs[row, column] = abs(report.frame - event.frame)
-    chosen = costs[linear_sum_assignment(costs)]
-    matched, in_time = int((chosen < impossible).sum()), int((chosen <= IN_TIME).sum())
-    return Reported(len(true), in_time, matched - in_time, len(true) - matched, len(said) - matched)
+    pairs = [pair for pair in zip(*linear_sum_assignment(costs), strict=True) if costs[pair] < impossible]
+    in_time = sum(said[column].frame - true[row].frame <= latest for row, column in pairs)
+    matched = {column for _, column in pairs}
+    false = [column for column, report in enumerate(said) if column not in matched and counts(report)]
+    again = sum(bool((costs[:, column] <= max(-earliest, latest)).any()) for column in false)
+    return Reported(len(true), in_time, len(pairs) - in_time, len(true) - len(pairs), len(false), again)
 
 
 def is_in_place(truth: Truth, event: Happening, report: Happening) -> bool:
@@ -313,11 +372,35 @@ class Score:
         return Score(*(getattr(self, each.name) + getattr(other, each.name) for each in fields(self)))
 
 
-def score(truth: Truth, tracks: Tracks, dots: Tracks) -> Score:
+def score(truth: Truth, tracks: Tracks, dots: Tracks, slack: int = 0) -> Score:
     """The scores of the tracks, and of the baseline on all dots of the same frames."""
+
+    def counts(report: Happening) -> bool:
+        return tracks.is_hole(report.id, report.frame, truth.above)
+
     return Score(
         identity(truth, {frame: visible(dots, truth.above) for frame, dots in tracks.alive.items()}),
         identity(truth, follow_diagrams(dots.alive, truth.above)),
-        reported(truth, tracks.happenings, "split"),
-        reported(truth, tracks.happenings, "merged"),
+        reported(truth, tracks.happenings, "split", slack, counts),
+        reported(truth, tracks.happenings, "merged", slack, counts),
     )
+
+
+# Views
+
+
+def gaps_to_show(truth: Truth, dots: Tracks) -> int:
+    """The least k for which the dots above the lowest of the k widest gaps have every true hole, in every frame.
+
+    `dots` are the most persistent ones of each frame. A hole without a dot is shown by no k.
+    """
+    return max((gaps_of_frame(holes, dots.alive.get(frame, [])) for frame, holes in truth.holes.items()), default=1)
+
+
+def gaps_of_frame(holes: dict[int, Hole], dots: list[Dot]) -> int:
+    near = ([dot.persistence for dot in dots if hole.distance(dot.x, dot.y) <= NEAR] for hole in holes.values())
+    least = min((max(found) for found in near if found), default=math.inf)
+    levels = sorted({0.0, *(dot.persistence for dot in dots)})
+    gaps = [(above - below, above) for below, above in itertools.pairwise(levels)]
+    widest = max((width for width, above in gaps if above <= least), default=0.0)
+    return 1 + sum(width > widest for width, _ in gaps)

@@ -13,7 +13,7 @@ use anyhow::Context;
 use clap::{Args, ValueEnum};
 use hopes::scene::signal::{Signal, SignalKind, SignalOptions};
 use hopes::scene::space::{SpaceKind, SpaceOptions, SpaceScene};
-use hopes::scene::{AnyKind, Frame, Kind, OptionError, Options, Scene};
+use hopes::scene::{AnyKind, Camera, Frame, Kind, OptionError, Options, Scene, UnknownCamera};
 
 use super::args::{from_one, number, scene, whole};
 use super::files::NewFile;
@@ -24,9 +24,9 @@ use crate::formats::scene::{Header, ScenePoints, Truth, WrittenHole};
 
 /// Make points whose true holes are known.
 ///
-/// Rings and other shapes drift, pinch, fuse, open, pass, vanish, breathe, hide behind a bar. Their points come as a
-/// stream, and their true holes, under ids that last, as JSON lines in a file. The same seed gives the same bytes on
-/// every machine.
+/// Rings and other shapes drift, pinch, fuse, open, pass, vanish, breathe, hide behind a bar; the walls of cells open
+/// and slide. Their points come as a stream, and their true holes, under ids that last, as JSON lines in a file. The
+/// camera may move, and stray points may lie around. The same seed gives the same bytes on every machine.
 ///
 /// Scenes in R^3 (torus, trefoil, rings3, links, pinch3, sphere) turn; circle, cube:D and delay:D are clouds of any
 /// dimension that stay. One frame of a scene is a cloud for tests. A signal (gait, sine) is a number a line.
@@ -39,6 +39,8 @@ use crate::formats::scene::{Header, ScenePoints, Truth, WrittenHole};
   hopes scene pinch --frames 60 | hopes serve --window frames:1 --track above:0.28 | hopes tracks -
   hopes scene crowd --format jsonl --churn 0.02 --frames 30 | hopes serve --input jsonl
   hopes scene drift --frames 60 -o drift.hopes
+  hopes scene cells --camera pan:0.2 --frames 60 | hopes serve --window frames:1 --track above:0.2
+  hopes scene sizes --clutter 0.05 --clumps --frames 1 -o cluttered.csv
   hopes scene links --points 300 --churn 0.05 --truth links.truth -o links.csv
   hopes scene torus --points 2000 --frames 1 --noise 0 -o torus.csv
   hopes scene gait --points 4 --frames 600 --truth gait.truth -o gait.csv"
@@ -72,13 +74,33 @@ pub struct Play {
     /// The others are carried along.
     #[arg(long, value_name = "C", value_parser = churn)]
     churn: Option<f64>,
+    /// Move the whole picture, and its true holes: pan, turn, zoom or shake, in the plane.
+    ///
+    /// SPEED, 0 to 100, is in radii of the smallest hole a frame. pan: all moves at this speed, in a large circle.
+    /// turn: the picture turns around its middle; the ends of the row of shapes move at this speed. zoom: it swells and
+    /// shrinks by a quarter around its middle; the ends move at this speed at most. shake: it jumps anywhere, at most
+    /// so far.
+    #[arg(long, value_name = "MOTION:SPEED", value_parser = camera)]
+    camera: Option<Camera>,
+    /// Stray points, uniform in the bounding box: so many for each point of a wall, 0 to 1 [default: 0].
+    ///
+    /// In the plane. The box is that of the walls' points, widened by 5% at each side. --churn holds for stray points
+    /// too; those that stay move with the picture. They are the last points of each frame, unless it is shuffled; the
+    /// truth says how many ("clutter").
+    #[arg(long, value_name = "SHARE", value_parser = clutter)]
+    clutter: Option<f64>,
+    /// The stray points come in clumps of 2 to 6, within 0.06 radii of the smallest hole; SHARE holds in the mean.
+    #[arg(long, requires = "clutter")]
+    clumps: bool,
     /// Give the points of each frame in a random order.
     #[arg(long)]
     shuffle: bool,
     /// Where to write the true holes of every frame, and what happens to them, as JSON lines.
     ///
-    /// Events: born, split, merged, died. A hole counts from a persistence of 0.4 times the smallest radius on ("above"
-    /// in the first line; in R^d it is another for each scene).
+    /// Events: born (of a hole that never vanished but was less persistent, with "was", its id before), split, merged,
+    /// died. A hole counts from a persistence of 0.4 times the smallest radius on ("above"
+    /// in the first line; in R^d it is another for each scene). The centres of its largest empty discs lie at the
+    /// distance "orbit" from its centre, or on the segment of plus and minus "ridge" (of slender holes) around it.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     /// How the points are written [default: as the suffix of --output says, else text].
@@ -196,12 +218,22 @@ impl Play {
             noise: self.noise.unwrap_or(usual.noise),
             churn: self.churn.unwrap_or(usual.churn),
             shuffle: self.shuffle,
+            camera: self.camera,
+            clutter: self.clutter.unwrap_or(usual.clutter),
+            clumps: self.clumps,
         })
+    }
+
+    /// Refuses what only scenes in the plane have.
+    fn refuse_plane_options(&self, name: &str) -> Result<(), Failure> {
+        refuse(name, "--camera", self.camera.is_some(), "only scenes in the plane have")?;
+        refuse(name, "--clutter", self.clutter.is_some(), "only scenes in the plane have")
     }
 
     fn space_options(&self, kind: SpaceKind) -> Result<SpaceOptions, Failure> {
         let name = kind.name();
         let density = self.points_per_radius.is_some();
+        self.refuse_plane_options(&name)?;
         refuse(&name, "--points-per-radius", density, "how many points it has, is --points")?;
         let noise = self.noise.is_some() && !kind.has_noise();
         refuse(&name, "--noise", noise, "its points fill it")?;
@@ -217,6 +249,7 @@ impl Play {
 
     fn signal_options(&self, kind: SignalKind) -> Result<SignalOptions, Failure> {
         let density = self.points_per_radius.is_some();
+        self.refuse_plane_options(kind.name())?;
         refuse(kind.name(), "--points-per-radius", density, "how many samples a frame has, is --points")?;
         refuse(kind.name(), "--churn", self.churn.is_some(), "a sample never changes")?;
         refuse(kind.name(), "--shuffle", self.shuffle, "the order of samples is the signal")?;
@@ -294,6 +327,15 @@ fn noise(word: &str) -> Result<f64, String> {
 fn churn(word: &str) -> Result<f64, String> {
     let churn = number(word)?;
     checked(Options { churn, ..Options::default() }).map(|()| churn)
+}
+
+fn clutter(word: &str) -> Result<f64, String> {
+    let clutter = number(word)?;
+    checked(Options { clutter, ..Options::default() }).map(|()| clutter)
+}
+
+fn camera(word: &str) -> Result<Camera, String> {
+    word.parse().map_err(|error: UnknownCamera| error.to_string())
 }
 
 fn checked(options: Options) -> Result<(), String> {

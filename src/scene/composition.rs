@@ -3,18 +3,22 @@
 //! In: a kind and random numbers. Out: the scene's composition.
 //!
 //! Invariants: shapes stand in a row, at least [`CLEARANCE`] apart, or pass each other in such a row. Rings in a row
-//! enclose nothing between them. Rings that form a ring or a grid would make holes that the truth does not have.
+//! enclose nothing between them. Rings that form a ring or a grid would make holes that the truth does not have, unless
+//! the rows are very far apart.
 //!
 //! Must not know: points, noise.
 
 use super::motion::{Cycle, Oscillation};
 use super::random::Random;
-use super::shape::{ConcentricRings, Pair, Ring, Shape};
+use super::shape::{Band, ConcentricRings, Foam, Horseshoe, Pair, Ring, Shape};
 use super::turn::direction;
-use super::wall::{Bar, Form};
+use super::wall::{Bar, Form, WallPlan};
 
 /// The smallest distance of two places in a row. The smallest rings that stand side by side have a radius of 0.7.
 const CLEARANCE: f64 = 1.0;
+
+/// The same, of shapes that are not convex: what is in front of a bay of theirs must not close it.
+const WIDE_CLEARANCE: f64 = 3.0;
 
 /// The kinds of scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,11 +49,29 @@ pub enum Kind {
     Breathe,
     /// All of this in one scene.
     Mixed,
+    /// Slender ellipses that turn.
+    Ellipses,
+    /// Stars that turn.
+    Stars,
+    /// Thick Cs whose mouths open and close.
+    CShapes,
+    /// A foam whose walls open and slide.
+    Cells,
+    /// Rings of uneven density.
+    Uneven,
+    /// Rings of different densities.
+    Densities,
+    /// Rings whose number of points jumps.
+    Rates,
+    /// Very many rings.
+    Many,
+    /// Rings of very different sizes.
+    Sizes,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 22] = [
         Self::Drift,
         Self::Static,
         Self::Pinch,
@@ -63,6 +85,15 @@ impl Kind {
         Self::Crowd,
         Self::Breathe,
         Self::Mixed,
+        Self::Ellipses,
+        Self::Stars,
+        Self::CShapes,
+        Self::Cells,
+        Self::Uneven,
+        Self::Densities,
+        Self::Rates,
+        Self::Many,
+        Self::Sizes,
     ];
 
     /// The name of the kind.
@@ -92,6 +123,17 @@ impl Kind {
             Self::Crowd => ("crowd", "30 rings: some stay, some drift, some come and go"),
             Self::Breathe => ("breathe", "8 rings swell and shrink"),
             Self::Mixed => ("mixed", "all kinds of events in one plane"),
+            Self::Ellipses => ("ellipses", "8 rotating ellipses, 2 to 3.5 times as long as wide"),
+            Self::Stars => ("stars", "8 rotating stars of 4 to 7 tips"),
+            Self::CShapes => ("cshapes", "4 thick Cs swing; their mouths open until no bay is left, and close again"),
+            Self::Cells => {
+                ("cells", "a foam of 18 cells: walls vanish and come, others slide past each other (T1 flips)")
+            }
+            Self::Uneven => ("uneven", "8 rings, each 10 times as dense on one side as on the other"),
+            Self::Densities => ("densities", "10 rings whose densities are up to 16 to 1"),
+            Self::Rates => ("rates", "8 rings; the number of points of a frame jumps by up to 8 to 1"),
+            Self::Many => ("many", "200 rings in four rows"),
+            Self::Sizes => ("sizes", "6 rings whose sizes are up to 10 to 1"),
         }
     }
 }
@@ -123,6 +165,17 @@ pub struct Composition {
     pub drift: Oscillation,
     /// A bar that hides points.
     pub sweep: Option<Sweep>,
+    /// Of how many pieces of a wall one has its point. None: all have.
+    pub strides: Option<Cycle>,
+    /// Half the length of the row.
+    pub half: f64,
+}
+
+impl Composition {
+    /// Of how many pieces of a wall one has its point in a frame.
+    pub fn stride(&self, frame: f64) -> u32 {
+        self.strides.as_ref().map_or(1, |strides| strides.at(frame) as u32)
+    }
 }
 
 /// The directions in which a pair moves.
@@ -158,14 +211,32 @@ pub fn compose(kind: Kind, random: &mut Random) -> Composition {
         }
         Kind::Breathe => (each(8, |_| vec![breathing(random)]), Oscillation::default()),
         Kind::Mixed => (everything(random), slow),
+        Kind::Ellipses => {
+            (each(8, |share| vec![Shape::Ring(spinning(random, Form::Ellipse(2.0 + 1.5 * share * 8.0 / 7.0)))]), slow)
+        }
+        Kind::Stars => {
+            (each(8, |share| vec![Shape::Ring(spinning(random, Form::Star(4 + (share * 8.0) as u8 % 4)))]), slow)
+        }
+        Kind::CShapes => (each(4, |share| vec![horseshoe(random, share)]), Oscillation::default()),
+        Kind::Cells => (vec![vec![foam(random)]], slow),
+        Kind::Uneven => (each(8, |_| vec![uneven(random)]), Oscillation::default()),
+        Kind::Densities => (
+            each(10, |share| vec![of_density(random, MIXED_DENSITIES[(share * 10.0).round() as usize])]),
+            Oscillation::default(),
+        ),
+        Kind::Rates => (each(8, |_| vec![of_density(random, 4.0)]), Oscillation::default()),
+        Kind::Many => (each(50, |_| column(random)), slow),
+        Kind::Sizes => (sizes(random), Oscillation::default()),
     };
-    let (shapes, half) = row(places);
+    let clearance = if matches!(kind, Kind::Stars | Kind::CShapes) { WIDE_CLEARANCE } else { CLEARANCE };
+    let (shapes, half) = row(places, clearance);
     if kind == Kind::Occlusion {
         // Where it hides most of the smallest ring, a cap as deep as the bar is wide, the hole keeps more than half of
         // its persistence.
         sweep = Some(Sweep { normal: direction(0.02), width: 0.12, span: half + 1.0, speed: 0.35 });
     }
-    Composition { shapes, drift, sweep }
+    let strides = (kind == Kind::Rates).then(|| strides(random));
+    Composition { shapes, drift, sweep, strides, half }
 }
 
 /// `count` places. The function gets the share of places before its own.
@@ -174,19 +245,19 @@ fn each(count: u32, place: impl FnMut(f64) -> Vec<Shape>) -> Vec<Vec<Shape>> {
 }
 
 /// Puts places side by side around the origin. Also returns half the length of the row.
-fn row(places: Vec<Vec<Shape>>) -> (Vec<Shape>, f64) {
-    let mut end = -CLEARANCE;
+fn row(places: Vec<Vec<Shape>>, clearance: f64) -> (Vec<Shape>, f64) {
+    let mut end = -clearance;
     let mut shapes = Vec::new();
     for place in places {
         let reach = place.iter().map(Shape::reach).fold(0.0, f64::max);
-        let middle = end + CLEARANCE + reach;
+        let middle = end + clearance + reach;
         end = middle + reach;
         shapes.extend(place.into_iter().map(|mut shape| {
-            shape.shift(middle);
+            shape.shift([middle, 0.0]);
             shape
         }));
     }
-    shapes.iter_mut().for_each(|shape| shape.shift(-end / 2.0));
+    shapes.iter_mut().for_each(|shape| shape.shift([-end / 2.0, 0.0]));
     (shapes, end / 2.0)
 }
 
@@ -195,10 +266,14 @@ fn ring(random: &mut Random) -> Ring {
 }
 
 /// A ring that moves around its place with about this period.
-fn oscillating(random: &mut Random, reach: [f64; 2], period: f64) -> Shape {
+fn drifting(random: &mut Random, reach: [f64; 2], period: f64) -> Ring {
     let periods = [(); 2].map(|()| period * random.between(1.0, 1.5));
     let phases = [random.unit(), random.unit()];
-    Shape::Ring(Ring { oscillation: Oscillation { reach, periods, phases }, ..ring(random) })
+    Ring { oscillation: Oscillation { reach, periods, phases }, ..ring(random) }
+}
+
+fn oscillating(random: &mut Random, reach: [f64; 2], period: f64) -> Shape {
+    Shape::Ring(drifting(random, reach, period))
 }
 
 /// Two discs that move like this. They begin at `begin`, a share of their period.
@@ -254,8 +329,89 @@ fn concentric() -> Shape {
 }
 
 fn polygon(random: &mut Random, corners: u8) -> Shape {
+    Shape::Ring(spinning(random, Form::Polygon(corners)))
+}
+
+/// A wall of this form that turns around its place.
+fn spinning(random: &mut Random, form: Form) -> Ring {
     let spin = if random.unit() < 0.5 { 1.0 } else { -1.0 } / random.between(300.0, 500.0);
-    Shape::Ring(Ring { form: Form::Polygon(corners), spin, ..ring(random) })
+    Ring { plan: WallPlan::new(form, 1.0), spin, ..ring(random) }
+}
+
+fn horseshoe(random: &mut Random, begin: f64) -> Shape {
+    let rest = random.between(150.0, 240.0).floor();
+    let mouth = Cycle::new(&[[0.0, rest], [0.0, 24.0], [0.22, 60.0], [0.22, 24.0]], begin);
+    let swing = Oscillation { reach: [0.05], periods: [random.between(200.0, 300.0)], phases: [random.unit()] };
+    // Upwards or downwards, since a neighbour in front of the mouth would narrow it.
+    let toward = if random.unit() < 0.5 { 0.25 } else { 0.75 };
+    let oscillation =
+        Oscillation { reach: [0.3, 1.0], periods: [random.between(250.0, 375.0); 2], phases: [random.unit(), 0.0] };
+    Shape::Horseshoe(Horseshoe { radii: [1.2, 2.8], place: [0.0; 2], oscillation, mouth, toward, swing })
+}
+
+fn foam(random: &mut Random) -> Shape {
+    let tilt = random.between(-0.1, 0.1);
+    let band = |number: u32| {
+        let opening = |pair: u32| {
+            let [closed, open] = [(); 2].map(|()| random.between(100.0, 180.0).floor());
+            let legs = [[0.0, closed], [0.0, 10.0], [1.0, open], [1.0, 10.0]];
+            Cycle::new(&legs, f64::from(3 * number + pair) / 9.0)
+        };
+        let openings = [0, 1, 2].map(opening).to_vec();
+        let period = random.between(160.0, 240.0);
+        let slide = Oscillation { reach: [Foam::SLIDE], periods: [period], phases: [f64::from(number) / 3.0] };
+        Band { openings, slide, begins_wide: number.is_multiple_of(2) }
+    };
+    Shape::Foam(Foam { place: [0.0; 2], tilt, bands: [0, 1, 2].map(band).to_vec() })
+}
+
+fn uneven(random: &mut Random) -> Shape {
+    let ring = spinning(random, Form::Circle);
+    Shape::Ring(Ring { plan: WallPlan { is_uneven: true, ..ring.plan }, ..ring })
+}
+
+/// A drifting ring that is so many times as dense as others.
+fn of_density(random: &mut Random, density: f64) -> Shape {
+    let ring = drifting(random, [1.0, 1.5], 250.0);
+    Shape::Ring(Ring { plan: WallPlan { density, ..ring.plan }, ..ring })
+}
+
+/// The densities of a row of rings, relative to the usual. Neighbours differ.
+const MIXED_DENSITIES: [f64; 10] = [1.0, 0.25, 4.0, 0.5, 2.0, 0.25, 1.0, 4.0, 0.5, 2.0];
+
+/// How the number of points jumps, among 1/2, 1, 2 and 4 times the usual.
+fn strides(random: &mut Random) -> Cycle {
+    let held = |&stride: &f64| {
+        let frames = random.between(20.0, 60.0).floor();
+        [[stride, frames], [stride, 0.0]]
+    };
+    Cycle::new(&[2.0, 8.0, 1.0, 4.0, 2.0, 4.0, 8.0].iter().flat_map(held).collect::<Vec<_>>(), 0.0)
+}
+
+/// Rings above each other. The rows that they make are so far apart, and so even, that nothing between them counts as a
+/// hole.
+fn column(random: &mut Random) -> Vec<Shape> {
+    let one = |row: u32| {
+        let (periods, phases) = ([random.between(120.0, 200.0), 1.0], [random.unit(), 0.0]);
+        let oscillation = Oscillation { reach: [0.3, 0.0], periods, phases };
+        let place = [0.0, 24.0 * (f64::from(row) - 1.5)];
+        Shape::Ring(Ring { place, oscillation, ..Ring::new(random.between(0.95, 1.05)) })
+    };
+    (0..4).map(one).collect()
+}
+
+/// Rings whose walls are all as dense as that of the smallest.
+fn sizes(random: &mut Random) -> Vec<Vec<Shape>> {
+    let mut radii = [0.5, 0.8, 1.25, 2.0, 3.2, 5.0];
+    random.choose(&mut radii, 6);
+    let smallest = 0.5;
+    let one = |radius: f64| {
+        let periods = [random.between(250.0, 375.0), random.between(250.0, 375.0)];
+        let oscillation = Oscillation { reach: [0.4, 0.6], periods, phases: [random.unit(), random.unit()] };
+        let plan = WallPlan::new(Form::Circle, radius / smallest);
+        vec![Shape::Ring(Ring { plan, oscillation, ..Ring::new(radius) })]
+    };
+    radii.map(one).to_vec()
 }
 
 /// In turn a ring that stays, a ring that drifts, and a ring that comes and goes.

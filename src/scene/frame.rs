@@ -16,8 +16,10 @@ pub struct Frame<P = [f64; 2], H = TrueHole> {
     pub number: u64,
     /// Event time, in seconds.
     pub time: f64,
-    /// All points of the frame.
+    /// All points of the frame. Stray points are last, unless the points are shuffled.
     pub points: Vec<P>,
+    /// How many of them are stray points.
+    pub clutter: usize,
     /// Points of the previous frame that are no longer there.
     pub gone: Vec<P>,
     /// Points that were not in the previous frame.
@@ -32,12 +34,14 @@ impl<P: Clone + PartialEq, H> Frame<P, H> {
     /// A frame without points.
     pub(super) fn new(number: u64, (holes, events): (Vec<H>, Vec<TrueEvent>)) -> Self {
         let time = number as f64 / FRAMES_A_SECOND;
-        Self { number, time, points: Vec::new(), gone: Vec::new(), come: Vec::new(), holes, events }
+        Self { number, time, points: Vec::new(), clutter: 0, gone: Vec::new(), come: Vec::new(), holes, events }
     }
 
     /// Takes what is seen of each sample now. `before` is what was seen of it in the previous frame.
-    pub(super) fn show(&mut self, before: &mut Vec<Option<P>>, now: Vec<Option<P>>) {
-        before.resize(now.len(), None);
+    pub(super) fn show(&mut self, before: &mut Vec<Option<P>>, mut now: Vec<Option<P>>) {
+        let slots = before.len().max(now.len());
+        before.resize(slots, None);
+        now.resize(slots, None);
         for (before, now) in before.iter().zip(&now) {
             self.points.extend(now.clone());
             if before != now {

@@ -11,12 +11,16 @@
 //!               (motion)  └▶ ideal holes   ─▶ truth (ids and events)
 //! ```
 //!
+//! Stray points ([`Options::clutter`]) lie around the walls' points. A [`Camera`] then moves all points and all holes.
+//!
 //! Invariants: the frames depend only on the kind and the options, and are the same on every machine, bit for bit. The
 //! cost of a frame is in proportion to its points. Memory does not grow with time.
 //!
 //! Must not know: the topology of clouds, formats, files, clocks.
 
+mod camera;
 mod catalog;
+mod clutter;
 mod composition;
 mod frame;
 mod motion;
@@ -31,7 +35,9 @@ mod wall;
 
 use thiserror::Error;
 
+pub use camera::{Camera, MOST_SPEED, Motion, UnknownCamera};
 pub use catalog::{AnyKind, UnknownScene};
+use clutter::Clutter;
 pub use composition::Kind;
 use composition::{Composition, compose};
 pub use frame::Frame;
@@ -39,6 +45,7 @@ use random::Random;
 use shape::{Layout, Shape};
 use truth::TruthTracker;
 pub use truth::{TrueEvent, TrueHole};
+use turn::moved;
 use wall::{Pose, Wall};
 
 /// Frames in a second of event time.
@@ -70,11 +77,27 @@ pub struct Options {
     pub churn: f64,
     /// Whether points come in random order instead of along the walls.
     pub shuffle: bool,
+    /// How the whole picture moves. None: it rests.
+    pub camera: Option<Camera>,
+    /// Stray points for each point of a wall, uniformly distributed in the bounding box: 0 to 1. The truth is without
+    /// them.
+    pub clutter: f64,
+    /// Whether stray points come in clumps of 2 to 6 instead of alone.
+    pub clumps: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 1, points_per_radius: 16, noise: 0.1, churn: 0.1, shuffle: false }
+        Self {
+            seed: 1,
+            points_per_radius: 16,
+            noise: 0.1,
+            churn: 0.1,
+            shuffle: false,
+            camera: None,
+            clutter: 0.0,
+            clumps: false,
+        }
     }
 }
 
@@ -90,6 +113,9 @@ pub enum OptionError {
     /// [`Options::churn`].
     #[error("a churn of {0}: the share of points that are drawn again must be 0.01 to 1")]
     Churn(f64),
+    /// [`Options::clutter`].
+    #[error("a clutter of {0}: the stray points for each point of a wall must be 0 to 1")]
+    Clutter(f64),
     /// [`space::SpaceOptions::points`].
     #[error("{0} points: it must be 3 to 100000")]
     Points(u32),
@@ -127,6 +153,10 @@ pub struct Scene {
     layout: Layout,
     /// Each point of each wall as it was seen in the previous frame.
     seen: Vec<Option<[f64; 2]>>,
+    /// The same of stray points.
+    seen_clutter: Vec<Option<[f64; 2]>>,
+    clutter: Clutter,
+    camera: Option<camera::Path>,
     truth: TruthTracker,
     smallest_radius: f64,
     order: Random,
@@ -143,18 +173,24 @@ impl Scene {
         let mut random = Random::new(options.seed);
         let composition = compose(kind, &mut random.fork());
         let order = random.fork();
-        let wall = |(form, size)| {
-            let density = f64::from(options.points_per_radius) * size;
-            Wall::new(form, density, options.noise / size, random.fork())
-        };
+        let density = f64::from(options.points_per_radius);
+        let wall = |plan| Wall::new(plan, density, options.noise, random.fork());
         let walls = composition.shapes.iter().flat_map(Shape::walls).map(wall).collect();
         let smallest_radius = composition.shapes.iter().map(Shape::smallest_hole).fold(f64::INFINITY, f64::min);
+        let (camera_random, clutter_random) = (random.fork(), random.fork());
+        let path = |camera| camera::Path::new(camera, smallest_radius, composition.half, camera_random);
+        let camera = options.camera.map(path);
+        let clutter = Clutter::new(options.clutter, options.clumps, smallest_radius, clutter_random);
+        let smallest_radius = smallest_radius * options.camera.map_or(1.0, Camera::least_scale);
         Ok(Self {
             composition,
             options,
             walls,
             layout: Layout::default(),
             seen: Vec::new(),
+            seen_clutter: Vec::new(),
+            clutter,
+            camera,
             truth: TruthTracker::new(SHARE_ABOVE * smallest_radius),
             smallest_radius,
             order,
@@ -180,13 +216,29 @@ impl Scene {
         self.number += 1;
         let moment = self.number as f64;
         self.update_layout(moment);
+        let mut walls = self.visible_points(moment);
+        let mut clutter = self.stray_points(&walls, moment);
+        if let Some(camera) = &mut self.camera {
+            let view = camera.next_view(moment);
+            self.layout.holes.iter_mut().for_each(|hole| *hole = view.hole(hole));
+            walls.iter_mut().chain(&mut clutter).flatten().for_each(|point| *point = view.place(*point));
+        }
         let mut frame = Frame::new(self.number, self.truth.advance(&self.layout.holes));
-        let now = self.visible_points(moment);
-        frame.show(&mut self.seen, now);
+        frame.clutter = clutter.iter().flatten().count();
+        frame.show(&mut self.seen, walls);
+        frame.show(&mut self.seen_clutter, clutter);
         if self.options.shuffle {
             frame.shuffle(&mut self.order);
         }
         frame
+    }
+
+    /// Stray points around the walls' points. They move with the whole scene.
+    fn stray_points(&mut self, walls: &[Option<[f64; 2]>], moment: f64) -> Vec<Option<[f64; 2]>> {
+        let drift = self.composition.drift.at(moment);
+        let at_rest = walls.iter().flatten().map(|&point| moved(point, drift, -1.0));
+        self.clutter.advance(self.options.churn, at_rest);
+        self.clutter.points().map(|point| point.map(|point| moved(point, drift, 1.0))).collect()
     }
 
     fn update_layout(&mut self, moment: f64) {
@@ -202,7 +254,8 @@ impl Scene {
     /// Each point of each wall as it is seen in a frame.
     fn visible_points(&self, moment: f64) -> Vec<Option<[f64; 2]>> {
         let bar = self.composition.sweep.map(|sweep| sweep.at(moment));
-        let points = |(wall, pose): (&Wall, &Pose)| wall.points(pose, bar).collect::<Vec<_>>();
+        let stride = self.composition.stride(moment);
+        let points = |(wall, pose): (&Wall, &Pose)| wall.points(pose, bar, stride).collect::<Vec<_>>();
         self.walls.iter().zip(&self.layout.poses).flat_map(points).collect()
     }
 }
@@ -217,7 +270,8 @@ impl Options {
             return Err(OptionError::PointsPerRadius(self.points_per_radius));
         }
         check_noise(self.noise)?;
-        check_churn(self.churn)
+        check_churn(self.churn)?;
+        if (0.0..=1.0).contains(&self.clutter) { Ok(()) } else { Err(OptionError::Clutter(self.clutter)) }
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! In: how one sample is drawn; for every frame the share.
 //! Out: the samples, in an order that lasts.
-//! Invariants: their number does not change. Over many frames exactly the share is drawn again.
+//! Invariants: their number changes only when asked to. Over many frames exactly the share is drawn again.
 //! Must not know: what a sample is.
 
 use super::random::Random;
@@ -34,6 +34,20 @@ impl<S> Samples<S> {
         for &number in &self.numbers[..count] {
             self.all[number as usize] = draw(&mut self.random);
         }
+    }
+
+    /// Draws more of them, or drops the last ones.
+    pub fn resize(&mut self, count: u32, mut draw: impl FnMut(&mut Random) -> S) {
+        let Self { all, random, .. } = self;
+        if all.len() != count as usize {
+            all.resize_with(count as usize, || draw(random));
+            self.numbers = (0..count).collect();
+        }
+    }
+
+    /// All, in order, to be changed.
+    pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, S> {
+        self.all.iter_mut()
     }
 
     /// How many there are.

@@ -19,7 +19,7 @@ fn scenes_are_listed() {
     let list = scene("--list").text();
     // In the plane, in R^d, signals.
     let counts: Vec<usize> = list.split("\n\n").map(|family| family.lines().count()).collect();
-    assert_eq!(counts, [13, 9, 2]);
+    assert_eq!(counts, [22, 9, 2]);
     assert!(list.starts_with("drift       8 rings drift on smooth paths\n"), "{list}");
     for line in list.lines().filter(|line| !line.is_empty()) {
         let (name, about) = line.split_once(' ').unwrap();
@@ -94,6 +94,27 @@ fn the_truth_is_written_beside_the_points() {
     assert!(text == fs::read(&points).unwrap() && truth_text == fs::read_to_string(&again).unwrap());
     asked.with(&again).and("--format bin --shuffle").runs().out();
     assert_eq!(truth_text, fs::read_to_string(&again).unwrap());
+}
+
+#[test]
+fn the_truth_says_how_many_points_are_clutter() {
+    let (lines, points) = with_truth("cells --frames 3 --clutter 0.1 --clumps --camera turn:0.25 --churn 1");
+    let header = &lines[0];
+    assert_eq!(
+        [&header["camera"], &header["clutter"], &header["clumps"]],
+        [&json!("turn:0.25"), &json!(0.1), &json!(true)]
+    );
+    let clean = scene("cells --frames 3 --camera turn:0.25 --churn 1").text();
+    let frames = |text: &str| text.trim_end().split("\n\n").map(rows).collect::<Vec<_>>();
+    let (clean, cluttered) = (frames(&clean), frames(&points));
+    for (number, (clean, cluttered)) in clean.iter().zip(&cluttered).enumerate() {
+        let strays = lines[number + 1]["clutter"].as_u64().unwrap() as usize;
+        assert!(strays > 0 && cluttered.len() == clean.len() + strays);
+        assert_eq!(clean[..], cluttered[..clean.len()]);
+    }
+    // Cells are slender.
+    let hole = &lines[1]["holes"][0];
+    assert_eq!(hole["ridge"].as_array().map(Vec::len), Some(2), "{hole}");
 }
 
 #[test]
@@ -179,6 +200,8 @@ fn options_of_another_family_are_refused() {
         ("gait --shuffle", &["gait has no --shuffle", "the order of samples"]),
         ("gait --points-per-radius 5", &["gait has no --points-per-radius"]),
         ("gait --points 121", &["121 samples in a frame", "must be 1 to 120"]),
+        ("torus --camera pan:1", &["torus has no --camera", "only scenes in the plane have"]),
+        ("gait --clutter 0.1", &["gait has no --clutter", "only scenes in the plane have"]),
         ("torus --points 2", &["2 points", "must be 3 to 100000"]),
         ("cube:4096 --points 1000", &["1000 points of 4096 coordinates", "at most 4000000"]),
         ("cube:0", &["no scene \"cube:0\""]),
@@ -200,6 +223,9 @@ fn invalid_scenes_are_refused() {
         ("drift --noise 0.4", &["a noise of 0.4", "must be 0 to 0.3"]),
         ("drift --noise nan", &["not a finite number"]),
         ("drift --churn 0", &["a churn of 0", "must be 0.01 to 1"]),
+        ("drift --camera tilt:1", &["\"tilt:1\" is no camera", "pan, turn, zoom or shake"]),
+        ("drift --clutter 2", &["a clutter of 2", "must be 0 to 1"]),
+        ("drift --clumps", &["--clutter"]),
         ("drift --points-per-radius 1", &["1 points per radius", "must be 2 to 10000"]),
         ("drift --points-per-radius 1.5", &["not a whole number"]),
         ("drift --seed=-1", &["--seed"]),

@@ -13,7 +13,11 @@ use hopes::scene::{Frame, Kind, Options, Scene, TrueEvent, TrueHole};
 use serde::Serialize;
 
 /// Writes the truth.
-pub struct Truth<W>(W);
+pub struct Truth<W> {
+    sink: W,
+    /// Whether the scene has stray points.
+    has_clutter: bool,
+}
 
 /// The first line.
 #[derive(Serialize)]
@@ -30,17 +34,39 @@ pub struct Header {
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Family {
-    Plane { churn: f64, points_per_radius: u32, above: f64, smallest_radius: f64 },
-    Space { churn: f64, points: u32, dimension: usize, above: Option<f64>, smallest_radius: Option<f64> },
-    Signal { samples: u32 },
+    Plane {
+        churn: f64,
+        points_per_radius: u32,
+        above: f64,
+        smallest_radius: f64,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        camera: Option<String>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        clutter: Option<f64>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        clumps: Option<bool>,
+    },
+    Space {
+        churn: f64,
+        points: u32,
+        dimension: usize,
+        above: Option<f64>,
+        smallest_radius: Option<f64>,
+    },
+    Signal {
+        samples: u32,
+    },
 }
 
 impl Header {
     /// Of a scene in the plane.
     pub fn of_plane(kind: Kind, options: &Options, frames: u64, scene: &Scene) -> Self {
-        let &Options { seed, points_per_radius, noise, churn, .. } = options;
+        let &Options { seed, points_per_radius, noise, churn, camera, clutter, clumps, .. } = options;
         let (above, smallest_radius) = (scene.above(), scene.smallest_radius());
-        let family = Family::Plane { churn, points_per_radius, above, smallest_radius };
+        let camera = camera.map(|camera| camera.to_string());
+        let clutter = Some(clutter).filter(|&share| share > 0.0);
+        let clumps = clumps.then_some(true);
+        let family = Family::Plane { churn, points_per_radius, above, smallest_radius, camera, clutter, clumps };
         Self { scene: kind.name().to_owned(), seed, frames, noise, family }
     }
 
@@ -64,6 +90,9 @@ struct Line<H> {
     frame: u64,
     holes: Vec<H>,
     events: Vec<Event>,
+    /// How many of the frame's last points are stray points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clutter: Option<usize>,
 }
 
 /// A true hole that has a form as JSON.
@@ -85,6 +114,9 @@ pub struct PlaneHole {
     y: f64,
     radius: f64,
     orbit: f64,
+    /// Of a slender hole only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ridge: Option<[f64; 2]>,
 }
 
 /// A hole in R^d.
@@ -108,20 +140,33 @@ pub struct Run {
 #[derive(Serialize)]
 #[serde(tag = "event", rename_all = "lowercase")]
 enum Event {
-    Born { id: u64 },
-    Split { id: u64, from: u64 },
-    Merged { id: u64, into: u64 },
-    Died { id: u64 },
+    Born {
+        id: u64,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        was: Option<u64>,
+    },
+    Split {
+        id: u64,
+        from: u64,
+    },
+    Merged {
+        id: u64,
+        into: u64,
+    },
+    Died {
+        id: u64,
+    },
 }
 
 impl<W: Write> Truth<W> {
     /// Nothing is written yet.
     pub fn new(sink: W) -> Self {
-        Self(sink)
+        Self { sink, has_clutter: false }
     }
 
     /// The first line.
     pub fn header(&mut self, header: &Header) -> io::Result<()> {
+        self.has_clutter = matches!(header.family, Family::Plane { clutter: Some(_), .. });
         self.line(header)
     }
 
@@ -129,17 +174,18 @@ impl<W: Write> Truth<W> {
     pub fn write<P, H: WrittenHole>(&mut self, frame: &Frame<P, H>) -> io::Result<()> {
         let holes = frame.holes.iter().map(H::form).collect();
         let events = frame.events.iter().map(event).collect();
-        self.line(&Line { frame: frame.number, holes, events })
+        let clutter = self.has_clutter.then_some(frame.clutter);
+        self.line(&Line { frame: frame.number, holes, events, clutter })
     }
 
     /// Flushes all that was written.
     pub fn finish(mut self) -> io::Result<()> {
-        self.0.flush()
+        self.sink.flush()
     }
 
     fn line(&mut self, line: &impl Serialize) -> io::Result<()> {
-        serde_json::to_writer(&mut self.0, line)?;
-        writeln!(self.0)
+        serde_json::to_writer(&mut self.sink, line)?;
+        writeln!(self.sink)
     }
 }
 
@@ -147,8 +193,8 @@ impl WrittenHole for TrueHole {
     type Form<'a> = PlaneHole;
 
     fn form(&self) -> PlaneHole {
-        let &Self { id, center: [x, y], radius, orbit } = self;
-        PlaneHole { id, x, y, radius, orbit }
+        let &Self { id, center: [x, y], radius, orbit, ridge } = self;
+        PlaneHole { id, x, y, radius, orbit, ridge: Some(ridge).filter(|&ridge| ridge != [0.0; 2]) }
     }
 }
 
@@ -172,7 +218,7 @@ impl WrittenHole for TrueRun {
 
 fn event(event: &TrueEvent) -> Event {
     match *event {
-        TrueEvent::Born { id } => Event::Born { id },
+        TrueEvent::Born { id, was } => Event::Born { id, was },
         TrueEvent::Split { id, from } => Event::Split { id, from },
         TrueEvent::Merged { id, into } => Event::Merged { id, into },
         TrueEvent::Died { id } => Event::Died { id },

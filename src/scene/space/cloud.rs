@@ -13,7 +13,7 @@ use super::{FILLED, SHARE_ABOVE};
 use crate::scene::random::Random;
 use crate::scene::samples::Samples;
 use crate::scene::turn::{direction, wave};
-use crate::scene::wall::{Form, Missing, Pose, Wall};
+use crate::scene::wall::{Form, Missing, Pose, Wall, WallPlan};
 
 /// Samples in a period of the sine.
 const PERIOD: u32 = 120;
@@ -37,7 +37,7 @@ pub enum Cloud {
 impl Cloud {
     /// A circle. The noise is relative to its radius.
     pub fn circle(points: u32, noise: f64, random: Random) -> Self {
-        Self::Circle(Wall::new(Form::Circle, f64::from(points) / TAU, noise, random))
+        Self::Circle(Wall::new(WallPlan::new(Form::Circle, 1.0), f64::from(points) / TAU, noise, random))
     }
 
     /// A cube of this dimension.
@@ -60,7 +60,7 @@ impl Cloud {
     /// The points. Those of the frame before that are still there have the same places in the list.
     pub fn points(&self) -> Vec<Vec<f64>> {
         match self {
-            Self::Circle(wall) => wall.points(&CIRCLE, None).flatten().map(|point| point.to_vec()).collect(),
+            Self::Circle(wall) => wall.points(&CIRCLE, None, 1).flatten().map(|point| point.to_vec()).collect(),
             Self::Cube(samples) => samples.iter().cloned().collect(),
             Self::Delay(delay) => delay.vectors(),
         }

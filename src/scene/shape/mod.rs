@@ -1,4 +1,4 @@
-//! The shapes of a scene: rings, pairs of discs that touch, and concentric rings.
+//! The shapes of a scene: rings, pairs of discs that touch, concentric rings, horseshoes, foams.
 //!
 //! In: a frame's number. Out: the pose of each wall, and each hole of the ideal shape (infinitely many points, no
 //! noise) with its exact persistence.
@@ -8,9 +8,15 @@
 //!
 //! Must not know: points, noise, other shapes, which shapes a scene has.
 
+mod foam;
+mod horseshoe;
+
+pub use foam::{Band, Foam};
+pub use horseshoe::Horseshoe;
+
 use super::motion::{Cycle, Oscillation};
 use super::turn::{direction, moved};
-use super::wall::{Form, Missing, Pose};
+use super::wall::{Form, Missing, Pose, WallPlan};
 
 /// A hole of the ideal shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +27,8 @@ pub struct IdealHole {
     pub radius: f64,
     /// The distance from the centre to the centres of its largest empty discs.
     pub orbit: f64,
+    /// Half of the segment around the centre on which the centres of its largest empty discs lie, as a vector.
+    pub ridge: [f64; 2],
     /// Death minus birth. 0 if the hole does not exist.
     pub persistence: f64,
     /// How many places before this hole in the list its partner is: the hole that it splits off from, or merges into.
@@ -45,17 +53,24 @@ pub enum Shape {
     Pair(Pair),
     /// Concentric rings.
     ConcentricRings(ConcentricRings),
+    /// The outline of a thick C.
+    Horseshoe(Horseshoe),
+    /// Cells that share their walls.
+    Foam(Foam),
 }
 
 impl Shape {
-    /// The walls of the shape. Each has its radius relative to the hole that counts for density and noise.
-    pub fn walls(&self) -> Vec<(Form, f64)> {
+    /// The walls of the shape.
+    pub fn walls(&self) -> Vec<WallPlan> {
         match self {
-            Self::Ring(ring) => vec![(ring.form, 1.0)],
-            Self::Pair(_) => vec![(Form::Circle, 1.0); 2],
+            Self::Ring(ring) => vec![ring.plan],
+            Self::Pair(_) => vec![WallPlan::new(Form::Circle, 1.0); 2],
             Self::ConcentricRings(rings) => {
-                rings.radii.iter().map(|radius| (Form::Circle, radius / rings.smallest_hole())).collect()
+                let plan = |radius| WallPlan::new(Form::Circle, radius / rings.smallest_hole());
+                rings.radii.iter().map(plan).collect()
             }
+            Self::Horseshoe(horseshoe) => horseshoe.walls().to_vec(),
+            Self::Foam(foam) => foam.walls(),
         }
     }
 
@@ -65,6 +80,8 @@ impl Shape {
             Self::Ring(ring) => ring.add_to(frame, offset, layout),
             Self::Pair(pair) => pair.add_to(frame, offset, layout),
             Self::ConcentricRings(rings) => rings.add_to(offset, layout),
+            Self::Horseshoe(horseshoe) => horseshoe.add_to(frame, offset, layout),
+            Self::Foam(foam) => foam.add_to(frame, offset, layout),
         }
     }
 
@@ -74,34 +91,40 @@ impl Shape {
             Self::Ring(ring) => ring.radius * (1.0 - ring.swell),
             Self::Pair(pair) => pair.radii[1],
             Self::ConcentricRings(rings) => rings.smallest_hole(),
+            Self::Horseshoe(horseshoe) => horseshoe.smallest_hole(),
+            Self::Foam(foam) => foam.smallest_hole(),
         }
     }
 
     /// How far in x the shape ever reaches from its place.
     pub fn reach(&self) -> f64 {
         match self {
-            Self::Ring(ring) => ring.oscillation.reach[0] + ring.radius * (1.0 + ring.swell) * ring.form.reach(),
+            Self::Ring(ring) => ring.oscillation.reach[0] + ring.radius * (1.0 + ring.swell) * ring.plan.form.reach(),
             Self::Pair(pair) => pair.reach(),
             Self::ConcentricRings(rings) => rings.radii.iter().copied().fold(0.0, f64::max),
+            Self::Horseshoe(horseshoe) => horseshoe.oscillation.reach[0] + horseshoe.radii[1],
+            Self::Foam(foam) => foam.reach(),
         }
     }
 
-    /// Moves the shape along x.
-    pub fn shift(&mut self, by: f64) {
+    /// Moves the shape.
+    pub fn shift(&mut self, by: [f64; 2]) {
         let place = match self {
             Self::Ring(ring) => &mut ring.place,
             Self::Pair(pair) => &mut pair.place,
             Self::ConcentricRings(rings) => &mut rings.place,
+            Self::Horseshoe(horseshoe) => &mut horseshoe.place,
+            Self::Foam(foam) => &mut foam.place,
         };
-        place[0] += by;
+        *place = moved(*place, by, 1.0);
     }
 }
 
 /// One ring.
 #[derive(Clone, Debug)]
 pub struct Ring {
-    /// The form of its wall.
-    pub form: Form,
+    /// Its wall.
+    pub plan: WallPlan,
     /// The mean radius of its hole.
     pub radius: f64,
     /// Its mean position.
@@ -126,7 +149,7 @@ impl Ring {
     /// A circle that does not move.
     pub fn new(radius: f64) -> Self {
         Self {
-            form: Form::Circle,
+            plan: WallPlan::new(Form::Circle, 1.0),
             radius,
             place: [0.0; 2],
             oscillation: Oscillation::default(),
@@ -152,8 +175,10 @@ impl Ring {
         };
         // The two ends of a gap meet when the discs around them have grown to half its width.
         let persistence = if is_there { radius * (1.0 - half_gap) } else { 0.0 };
-        layout.holes.push(IdealHole { center, radius, orbit: 0.0, persistence, partner: None });
-        layout.poses.push(Pose { center, turns: self.spin * frame, radius, missing });
+        let turns = self.spin * frame;
+        let ridge = moved([0.0; 2], direction(turns), radius * self.plan.form.ridge());
+        layout.holes.push(IdealHole { center, radius, orbit: 0.0, ridge, persistence, partner: None });
+        layout.poses.push(Pose { center, turns, radius, missing });
     }
 }
 
@@ -226,7 +251,7 @@ impl Pair {
             let missing = if is_there { Missing::Inside(centers[other], self.radii[other]) } else { Missing::All };
             let persistence = if is_there { persistences[one] } else { 0.0 };
             let partner = (one == 1).then_some(1);
-            layout.holes.push(IdealHole { center, radius, orbit: 0.0, persistence, partner });
+            layout.holes.push(IdealHole { center, radius, orbit: 0.0, ridge: [0.0; 2], persistence, partner });
             layout.poses.push(Pose { center, turns: 0.0, radius, missing });
         }
     }
@@ -255,9 +280,14 @@ impl ConcentricRings {
 
     fn add_to(&self, offset: [f64; 2], layout: &mut Layout) {
         let center = moved(self.place, offset, 1.0);
-        let holes =
-            self.holes().map(|(orbit, radius)| IdealHole { center, radius, orbit, persistence: radius, partner: None });
-        layout.holes.extend(holes);
+        layout.holes.extend(self.holes().map(|(orbit, radius)| IdealHole {
+            center,
+            radius,
+            orbit,
+            ridge: [0.0; 2],
+            persistence: radius,
+            partner: None,
+        }));
         let poses = self.radii.iter().map(|&radius| Pose { center, turns: 0.0, radius, missing: Missing::Nothing });
         layout.poses.extend(poses);
     }
@@ -316,6 +346,6 @@ mod tests {
         let holes: Vec<(f64, f64)> =
             layout_of(&rings, 0.0).holes.iter().map(|hole| (hole.orbit, hole.radius)).collect();
         assert_eq!(holes, [(0.0, 1.0), (2.0, 1.0), (3.75, 0.75)]);
-        assert_eq!((rings.smallest_hole(), rings.reach(), rings.walls()[2].1), (0.75, 4.5, 6.0));
+        assert_eq!((rings.smallest_hole(), rings.reach(), rings.walls()[2].size), (0.75, 4.5, 6.0));
     }
 }
