@@ -9,8 +9,7 @@
 use std::num::NonZeroU32;
 
 use super::rule::Remember;
-use super::track::{Changed, EventKind, TrackId};
-use super::tracker::FrameStamp;
+use super::track::{Changed, EventKind, FrameStamp, TrackId};
 
 /// A dot that is not selected continues a track down to this share of the persistence that the track had when it was
 /// last selected.

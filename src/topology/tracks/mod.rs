@@ -19,8 +19,8 @@ pub use cycles::{CycleDetection, CycleSource, CycleState, SpaceTrack, TrackWalk,
 pub use detection::{DetectionSource, Detections, detect, in_order};
 pub use holes::{Detection, HoleRegion, HoleState};
 pub use rule::{Remember, TrackOptions, TrackRule};
-pub use track::{Changed, EventKind, Track, TrackEvent, TrackId, TrackStep};
-pub use tracker::{FrameStamp, Tracker};
+pub use track::{Changed, EventKind, FrameStamp, Track, TrackEvent, TrackId, TrackStep};
+pub use tracker::Tracker;
 
 /// Follows the persistent cycles of one stream in R^d.
 pub type SpaceTracker = Tracker<CycleState>;

@@ -6,6 +6,15 @@
 
 use crate::topology::skeleton::Hole;
 
+/// The number and time of a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameStamp {
+    /// The number.
+    pub number: u64,
+    /// The time.
+    pub time: Option<f64>,
+}
+
 /// The id of a track: counts from 1 in order of announcement, never reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TrackId(pub u64);

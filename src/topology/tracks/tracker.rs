@@ -13,19 +13,10 @@ use std::fmt::Debug;
 
 use super::life::{Life, Report};
 use super::rule::TrackOptions;
-use super::track::{EventKind, TrackEvent, TrackId, TrackStep};
+use super::track::{EventKind, FrameStamp, TrackEvent, TrackId, TrackStep};
 
 /// The largest number of tracks that are remembered after a frame, besides those that went missing in it.
 const MOST_REMEMBERED: usize = 1024;
-
-/// The number and time of a frame.
-#[derive(Clone, Copy, Debug)]
-pub struct FrameStamp {
-    /// The number.
-    pub number: u64,
-    /// The time.
-    pub time: Option<f64>,
-}
 
 /// The state of one track, in some space.
 pub trait Tracked {

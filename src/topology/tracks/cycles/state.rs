@@ -13,8 +13,8 @@ use super::track::SpaceTrack;
 use super::walk::TrackWalk;
 use crate::topology::tracks::detection::Detected;
 use crate::topology::tracks::life::Life;
-use crate::topology::tracks::track::TrackId;
-use crate::topology::tracks::tracker::{FrameStamp, Tracked};
+use crate::topology::tracks::track::{FrameStamp, TrackId};
+use crate::topology::tracks::tracker::Tracked;
 
 /// The weight of the newest movement in the velocity.
 const NEWEST_SHARE: f64 = 0.5;

@@ -19,8 +19,8 @@ use super::state::CycleState;
 use super::track::SpaceTrack;
 use super::walk::{TrackWalk, WalkAnswer};
 use crate::topology::tracks::detection::Detections;
-use crate::topology::tracks::track::{TrackId, TrackStep};
-use crate::topology::tracks::tracker::{FrameStamp, Tracker};
+use crate::topology::tracks::track::{FrameStamp, TrackId, TrackStep};
+use crate::topology::tracks::tracker::Tracker;
 
 /// A part of a cycle is filled at no less than this share of the scale at which the cycle is.
 const SUBSTANTIAL: f64 = 0.25;

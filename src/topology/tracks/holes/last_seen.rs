@@ -7,6 +7,7 @@
 
 use super::detection::Detection;
 use super::hole_region::HoleRegion;
+use super::similarity::Motion;
 use crate::topology::cloud::VertexId;
 use crate::topology::skeleton::Hole;
 use crate::topology::tracks::detection::Detected;
@@ -34,7 +35,9 @@ pub struct LastSeen<'a, R> {
     /// Its region when that was last found. Unknown before the track is announced; then only the region of the
     /// detection is tested.
     pub region: &'a R,
-    /// The movement of the centre since the region was found.
+    /// The common motion since the region was found.
+    pub motion: Motion,
+    /// The movement of the centre besides that.
     pub shift: [f64; 2],
     /// A dot of less persistence does not continue it, unless the dot is selected.
     pub least: f64,
@@ -80,7 +83,7 @@ impl<R: HoleRegion> LastSeen<'_, R> {
 
     /// Whether its region contains a point now.
     pub fn holds(&self, point: [f64; 2]) -> bool {
-        held(self.region, self.shift, point)
+        held(self.region, &self.motion, self.shift, point)
     }
 }
 
@@ -91,10 +94,10 @@ pub fn remoteness(a: Hole, b: Hole) -> f64 {
     if apart <= 1.0 && unlike <= 1.0 { (apart + unlike) / 2.0 } else { f64::INFINITY }
 }
 
-/// Whether a region that was found some frames ago contains a point now. The movement of the centre since then may be
-/// that of the region, or only that of the centre inside it; either is accepted.
-pub fn held(region: &impl HoleRegion, shift: [f64; 2], point: [f64; 2]) -> bool {
-    region.contains(point) || region.contains(back(point, shift))
+/// Whether a region that was found some frames ago contains a point now, after a common motion. The movement of the
+/// centre besides that may be that of the region, or only that of the centre inside it; either is accepted.
+pub fn held(region: &impl HoleRegion, motion: &Motion, shift: [f64; 2], point: [f64; 2]) -> bool {
+    region.contains(motion.undo(point)) || region.contains(motion.undo(back(point, shift)))
 }
 
 /// A point before a shift.

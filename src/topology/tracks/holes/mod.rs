@@ -10,6 +10,7 @@ mod hole_region;
 mod last_seen;
 mod motion;
 mod recognition;
+mod similarity;
 mod state;
 mod tracker;
 

@@ -9,16 +9,20 @@
 use super::detection::Detection;
 use super::hole_region::HoleRegion;
 use super::last_seen::{LastSeen, NEAR, distance, remoteness};
+use super::similarity::Motion;
 use crate::topology::skeleton::Hole;
 
 /// So many of the most persistent tracks are moved to try a motion.
 const MOST_TRIED: usize = 64;
 
 /// So many of them say how they may have moved.
-const MOST_VOTERS: usize = 8;
+const MOST_VOTERS: usize = 6;
 
 /// So many ways each of them may have moved, the nearest ones.
-const MOST_VOTES: usize = 16;
+const MOST_VOTES: usize = 8;
+
+/// So many tracks that a motion leads to no detection are looked for by their regions.
+const MOST_BY_REGION: usize = 8;
 
 /// The largest distance that a hole moves in a frame, in radii.
 const REACH: f64 = 4.0;
@@ -26,8 +30,14 @@ const REACH: f64 = 4.0;
 /// The least ratio of the radii and of the persistences of one hole in two frames, where a motion is tried.
 const ALIKE: f64 = 0.6;
 
-/// The identity stays, if it explains this share of what a motion can explain.
-const ENOUGH: f64 = 0.7;
+/// What a region that contains the centre is worth, where a hole in its place is worth 1.
+const HELD: f64 = 0.5;
+
+/// No motion is tried if the identity explains this share of what can be explained.
+const ENOUGH: f64 = 0.9;
+
+/// The identity stays, if it explains this share of what a motion explains.
+const AS_GOOD: f64 = 0.8;
 
 /// The least share of what could be explained that a motion has to explain.
 const LEAST: f64 = 0.5;
@@ -39,55 +49,12 @@ const FITS: usize = 3;
 const AGREE_ON_SHIFT: usize = 2;
 const AGREE_ON_TURN: usize = 4;
 
+/// So many tracks have to agree on a small motion, which has to leave no more than this share of their distances.
+const AGREE_ON_SLOW: usize = 3;
+const NEARER: f64 = 0.5;
+
 /// The most that a camera turns in a frame, in radians, or changes the scale by, as a share.
 const MOST_TURN: f64 = 0.3;
-
-/// A similarity of the plane: `point` goes to `turn * point + shift`, as complex numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
-    turn: [f64; 2],
-    shift: [f64; 2],
-}
-
-impl Motion {
-    /// No motion.
-    pub const IDENTITY: Self = Self { turn: [1.0, 0.0], shift: [0.0; 2] };
-
-    /// Where a point is after it.
-    pub fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let ([c, s], [dx, dy]) = (self.turn, self.shift);
-        [c * x - s * y + dx, s * x + c * y + dy]
-    }
-
-    /// Where a point was before it.
-    pub fn undo(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let ([c, s], [dx, dy]) = (self.turn, self.shift);
-        let ([x, y], size) = ([x - dx, y - dy], c * c + s * s);
-        [(c * x + s * y) / size, (c * y - s * x) / size]
-    }
-
-    /// The similarity that leads from some points to others with the least sum of weighted squares. A shift, if the
-    /// points are few, or if the similarity is none that a camera makes in a frame.
-    fn fit(pairs: &[Explained]) -> Self {
-        let total: f64 = pairs.iter().map(|pair| pair.weight).sum();
-        let mean = |side: fn(&Explained) -> [f64; 2]| {
-            [0, 1].map(|axis| pairs.iter().map(|pair| pair.weight * side(pair)[axis]).sum::<f64>() / total)
-        };
-        let [from, to] = [mean(|pair| pair.from), mean(|pair| pair.to)];
-        let (mut along, mut across, mut size) = (0.0, 0.0, 0.0);
-        for pair in pairs {
-            let ([ax, ay], [bx, by]) = ([0, 1].map(|i| pair.from[i] - from[i]), [0, 1].map(|i| pair.to[i] - to[i]));
-            along += pair.weight * (ax * bx + ay * by);
-            across += pair.weight * (ax * by - ay * bx);
-            size += pair.weight * (ax * ax + ay * ay);
-        }
-        let turn = [along / size, across / size];
-        let is_turn = pairs.len() >= AGREE_ON_TURN && (turn[0] - 1.0).hypot(turn[1]) <= MOST_TURN;
-        let turn = if is_turn { turn } else { Self::IDENTITY.turn };
-        let unshifted = Self { turn, shift: [0.0; 2] }.apply(from);
-        Self { turn, shift: [to[0] - unshifted[0], to[1] - unshifted[1]] }
-    }
-}
 
 /// A track that a motion leads to a detection.
 #[derive(Clone, Copy, Debug)]
@@ -105,28 +72,41 @@ pub fn common_motion<R: HoleRegion>(known: &[LastSeen<'_, R>], detections: &[Det
     tried.truncate(MOST_TRIED);
     let trial = Trial::new(&tried, detections);
     let possible: f64 = tried.iter().map(|known| known.persistence).sum();
-    let at_rest = trial.at_rest();
+    let at_rest = trial.score(Motion::IDENTITY);
     if tried.len() < AGREE_ON_SHIFT || at_rest >= ENOUGH * possible {
-        return Motion::IDENTITY;
+        return trial.slow_motion();
     }
-    let (mut best, mut most) = (Motion::IDENTITY, Vec::new());
+    let (mut best, mut most) = (Motion::IDENTITY, 0.0);
     for shift in trial.votes() {
-        let mut motion = Motion { shift, ..Motion::IDENTITY };
-        let mut explained = trial.explained(motion);
-        for _ in 0..FITS {
-            let next = Motion::fit(&explained);
-            let again = trial.explained(next);
-            if weight(&again) <= weight(&explained) {
-                break;
-            }
-            (motion, explained) = (next, again);
-        }
-        if explained.len() >= AGREE_ON_SHIFT && weight(&explained) > weight(&most) {
-            (best, most) = (motion, explained);
+        let (motion, score) = trial.fitted(Motion { shift, ..Motion::IDENTITY });
+        if score > most {
+            (best, most) = (motion, score);
         }
     }
-    let is_better = weight(&most) >= LEAST * possible && at_rest < ENOUGH * weight(&most);
-    if is_better { best } else { Motion::IDENTITY }
+    let is_better = most >= LEAST * possible && at_rest < AS_GOOD * most;
+    if is_better { best } else { trial.slow_motion() }
+}
+
+/// The similarity that leads from some points to others with the least sum of weighted squares. A shift, if the
+/// points are few, or if the similarity is none that a camera makes in a frame.
+fn fit(pairs: &[Explained]) -> Motion {
+    let total: f64 = pairs.iter().map(|pair| pair.weight).sum();
+    let mean = |side: fn(&Explained) -> [f64; 2]| {
+        [0, 1].map(|axis| pairs.iter().map(|pair| pair.weight * side(pair)[axis]).sum::<f64>() / total)
+    };
+    let [from, to] = [mean(|pair| pair.from), mean(|pair| pair.to)];
+    let (mut along, mut across, mut size) = (0.0, 0.0, 0.0);
+    for pair in pairs {
+        let ([ax, ay], [bx, by]) = ([0, 1].map(|i| pair.from[i] - from[i]), [0, 1].map(|i| pair.to[i] - to[i]));
+        along += pair.weight * (ax * bx + ay * by);
+        across += pair.weight * (ax * by - ay * bx);
+        size += pair.weight * (ax * ax + ay * ay);
+    }
+    let turn = [along / size, across / size];
+    let is_turn = pairs.len() >= AGREE_ON_TURN && (turn[0] - 1.0).hypot(turn[1]) <= MOST_TURN;
+    let turn = if is_turn { turn } else { Motion::IDENTITY.turn };
+    let unshifted = Motion { turn, shift: [0.0; 2] }.apply(from);
+    Motion { turn, shift: [to[0] - unshifted[0], to[1] - unshifted[1]] }
 }
 
 fn weight(explained: &[Explained]) -> f64 {
@@ -166,16 +146,53 @@ impl<'a, R: HoleRegion> Trial<'a, R> {
         })
     }
 
-    /// How much is explained without a motion.
-    fn at_rest(&self) -> f64 {
-        let by_place = self.explained(Motion::IDENTITY);
-        let is_explained = |known: &LastSeen<'_, R>| by_place.iter().any(|pair| pair.from == known.hole.center);
-        let others = self.tried.iter().filter(|known| !is_explained(known));
-        let is_held = |known: &&&LastSeen<'_, R>| {
-            let holds = |found: &&&Detection| known.is_much_alike(found, ALIKE) && known.holds(found.hole.center);
-            self.by_x.iter().any(|found| holds(&found))
+    /// A motion, fitted to what it explains as long as it explains more, and how much it explains: nothing, if it is
+    /// that of one track.
+    fn fitted(&self, mut motion: Motion) -> (Motion, f64) {
+        let mut explained = self.explained(motion);
+        for _ in 0..FITS {
+            let next = fit(&explained);
+            let again = self.explained(next);
+            if weight(&again) <= weight(&explained) {
+                break;
+            }
+            (motion, explained) = (next, again);
+        }
+        let held = self.held(motion, &explained);
+        let agree = explained.len() + held.len();
+        let score = weight(&explained) + held.iter().sum::<f64>();
+        (motion, if agree >= AGREE_ON_SHIFT { score } else { 0.0 })
+    }
+
+    /// A small motion, if it leads much nearer to all that the identity explains.
+    fn slow_motion(&self) -> Motion {
+        let at_rest = self.explained(Motion::IDENTITY);
+        let motion = fit(&at_rest);
+        let error = |motion: &Motion| -> f64 {
+            let apart = |pair: &Explained| pair.weight * distance(motion.apply(pair.from), pair.to);
+            at_rest.iter().map(apart).sum()
         };
-        weight(&by_place) + others.filter(is_held).map(|known| known.persistence).sum::<f64>()
+        let is_common = at_rest.len() >= AGREE_ON_SLOW && error(&motion) <= NEARER * error(&Motion::IDENTITY);
+        if is_common { motion } else { Motion::IDENTITY }
+    }
+
+    /// How much a motion explains.
+    fn score(&self, motion: Motion) -> f64 {
+        let explained = self.explained(motion);
+        weight(&explained) + self.held(motion, &explained).iter().sum::<f64>()
+    }
+
+    /// What is explained of tracks whose regions a motion leads to where the centre of a detection is. Their own centres
+    /// may have jumped; tracks that are explained by these are left out.
+    fn held(&self, motion: Motion, explained: &[Explained]) -> Vec<f64> {
+        let is_explained = |known: &LastSeen<'_, R>| explained.iter().any(|pair| pair.from == known.hole.center);
+        let others = self.tried.iter().filter(|known| !is_explained(known)).take(MOST_BY_REGION);
+        // A centre may be anywhere in a region, so this proves less than a centre in its place.
+        let is_held = |known: &&&LastSeen<'_, R>| {
+            let center = |found: &Detection| motion.undo(found.hole.center);
+            self.by_x.iter().any(|found| known.is_much_alike(found, ALIKE) && known.holds(center(found)))
+        };
+        others.filter(is_held).map(|known| HELD * known.persistence).collect()
     }
 
     /// How the most persistent tracks may have moved.

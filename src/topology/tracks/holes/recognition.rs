@@ -12,14 +12,17 @@
 //! hole, as between the lobes of a dumb-bell or around an annulus. So the rest is recognized by regions: each contains
 //! the other's centre. Then holes that moved far are each other's nearest. Then the elder of two holes that have become
 //! one keeps its name, and the larger part of one that has divided. What is left is recognized by its place once more,
-//! with any persistence that may continue a track. In the end remembered tracks take dots that begin no others. Never by the critical edge or the birth, which jump.
+//! with any persistence that may continue a track. In the end remembered tracks take selected dots that are left. Never
+//! by the critical edge or the birth, which jump. The motion that the holes have in common is found before, so that a
+//! camera that moves takes no names away.
 
 use std::collections::HashMap;
 
 use super::detection::Detection;
 use super::hole_region::HoleRegion;
 use super::last_seen::{LIKE_RADIUS, LastSeen, NEAR, distance, remoteness};
-use super::motion::{Motion, common_motion};
+use super::motion::common_motion;
+use super::similarity::Motion;
 use crate::topology::cloud::VertexId;
 use crate::topology::skeleton::Hole;
 use crate::topology::tracks::assignment::{Pair, assign};
@@ -41,13 +44,22 @@ pub enum RecognizedBy {
     Region,
 }
 
-/// For each track, the place of the detection that continues it.
+/// What is recognized in a frame.
+#[derive(Clone, Debug)]
+pub struct Recognized {
+    /// For each track, the place of the detection that continues it.
+    pub own: Vec<Option<(usize, RecognizedBy)>>,
+    /// The motion that the holes have in common.
+    pub motion: Motion,
+}
+
+/// The detections that continue tracks.
 pub fn recognize<R: HoleRegion>(
     known: &[LastSeen<'_, R>],
     detections: &[Detection],
     is_selected: &[bool],
     mut find_region: impl FnMut(&Detection) -> R,
-) -> Vec<Option<(usize, RecognizedBy)>> {
+) -> Recognized {
     let (own, owner) = (vec![None; known.len()], vec![None; detections.len()]);
     let motion = common_motion(known, detections);
     let regions = Regions { found: HashMap::new(), find: &mut find_region };
@@ -59,8 +71,8 @@ pub fn recognize<R: HoleRegion>(
     search.settle();
     search.by_place(0.0);
     search.by_far_place();
-    search.from_memory();
-    search.own
+    search.by_memory();
+    Recognized { own: search.own, motion }
 }
 
 /// The regions of detections, found when they are asked for.
@@ -107,7 +119,7 @@ impl<R: HoleRegion> Search<'_, R> {
     }
 
     /// Remembered tracks and free detections that are selected, inside the same gate.
-    fn from_memory(&mut self) {
+    fn by_memory(&mut self) {
         let remembered = |&track: &usize| self.own[track].is_none() && self.known[track].is_remembered;
         let tracks: Vec<usize> = (0..self.known.len()).filter(remembered).collect();
         let pairs = self.pairs_near(&tracks, |search, row, column| {

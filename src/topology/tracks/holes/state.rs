@@ -7,12 +7,13 @@
 
 use super::detection::Detection;
 use super::hole_region::HoleRegion;
-use super::last_seen::{LastSeen, back};
+use super::last_seen::{LastSeen, back, held};
 use super::recognition::RecognizedBy;
+use super::similarity::Motion;
 use crate::topology::tracks::detection::Detected;
 use crate::topology::tracks::life::{Life, Report, Status};
-use crate::topology::tracks::track::{Track, TrackId};
-use crate::topology::tracks::tracker::{FrameStamp, Tracked};
+use crate::topology::tracks::track::{FrameStamp, Track, TrackId};
+use crate::topology::tracks::tracker::Tracked;
 
 /// The weight of the newest movement in the velocity.
 const NEWEST_SHARE: f64 = 0.5;
@@ -25,8 +26,10 @@ pub struct HoleState<R> {
     pub detection: Detection,
     /// The region when it was last found.
     pub region: R,
-    /// The centre of the hole at that time.
-    pub region_center: [f64; 2],
+    /// The common motion since that time.
+    pub motion: Motion,
+    /// The movement of the centre since then besides that. The region may have moved with it.
+    pub shift: [f64; 2],
     /// The frame of that; 0 for never.
     pub region_frame: u64,
 }
@@ -77,14 +80,21 @@ impl<R: HoleRegion> HoleState<R> {
             life: Life::new(key, at, track, detection.persistence(), parent),
             detection,
             region: R::default(),
-            region_center: track.hole.center,
+            motion: Motion::IDENTITY,
+            shift: [0.0; 2],
             region_frame: 0,
         }
     }
 
-    /// The movement of the centre since the region was found.
-    pub fn shift(&self) -> [f64; 2] {
-        back(self.life.track.hole.center, self.region_center)
+    /// Whether its region contains a point now.
+    pub fn holds(&self, point: [f64; 2]) -> bool {
+        held(&self.region, &self.motion, self.shift, point)
+    }
+
+    /// Whether a point is at most half of the region's size away from it.
+    pub fn is_near(&self, point: [f64; 2]) -> bool {
+        let points = [point, back(point, self.shift)].map(|point| self.motion.undo(point));
+        points.into_iter().any(|point| self.region.is_near(point))
     }
 
     /// How far the centre has moved since that was last reported.
@@ -99,22 +109,31 @@ impl<R: HoleRegion> HoleState<R> {
         let frames = (frame - self.life.last_seen) as f64;
         let expected = [0, 1].map(|axis| hole.center[axis] + velocity[axis] * frames);
         let persistence = self.life.track.persistence();
-        let (triangle, region, shift, least) = (self.detection.triangle, &self.region, self.shift(), self.life.least);
-        let is_remembered = self.life.is_remembered;
-        LastSeen { triangle, hole, expected, persistence, region, shift, least, is_remembered }
+        LastSeen {
+            triangle: self.detection.triangle,
+            hole,
+            expected,
+            persistence,
+            region: &self.region,
+            motion: self.motion,
+            shift: self.shift,
+            least: self.life.least,
+            is_remembered: self.life.is_remembered,
+        }
     }
 
-    /// Updates it with the detection that continues it.
-    pub fn see(&mut self, at: FrameStamp, detection: &Detection, by: RecognizedBy, is_selected: bool) {
+    /// Updates it with the detection that continues it, after a common motion.
+    pub fn see(&mut self, at: FrameStamp, detection: &Detection, by: RecognizedBy, motion: &Motion, is_selected: bool) {
+        self.move_region(motion);
         let frames = (at.number - self.life.last_seen) as f64;
         let track = &mut self.life.track;
-        for axis in 0..2 {
-            let moved = detection.hole.center[axis] - track.hole.center[axis];
-            if by == RecognizedBy::Place {
-                track.velocity[axis] += NEWEST_SHARE * (moved / frames - track.velocity[axis]);
-            } else {
-                // A centre that is recognized by its region has jumped inside it; the region has not moved.
-                self.region_center[axis] += moved;
+        // A centre that is recognized by its region has jumped inside it; the region has not moved.
+        if by == RecognizedBy::Place {
+            let is = detection.hole.center;
+            let (moved, apart) = (back(is, track.hole.center), back(is, motion.apply(track.hole.center)));
+            for axis in 0..2 {
+                track.velocity[axis] += NEWEST_SHARE * (moved[axis] / frames - track.velocity[axis]);
+                self.shift[axis] += apart[axis];
             }
         }
         track.hole = detection.hole;
@@ -123,12 +142,22 @@ impl<R: HoleRegion> HoleState<R> {
         self.detection = detection.clone();
     }
 
+    /// It is missing in a frame, after a common motion.
+    pub fn miss(&mut self, motion: &Motion) {
+        self.move_region(motion);
+        self.life.miss();
+    }
+
+    fn move_region(&mut self, motion: &Motion) {
+        (self.motion, self.shift) = (motion.after(&self.motion), motion.turned(self.shift));
+    }
+
     /// Finds its region, unless that was done in this frame.
     pub fn refresh_region(&mut self, frame: u64, find_region: &mut impl FnMut(&Detection) -> R) {
         if self.region_frame < frame {
             self.region = find_region(&self.detection);
             self.life.track.area = self.region.area();
-            (self.region_frame, self.region_center) = (frame, self.life.track.hole.center);
+            (self.region_frame, self.motion, self.shift) = (frame, Motion::IDENTITY, [0.0; 2]);
         }
     }
 }

@@ -11,13 +11,13 @@
 
 use super::detection::Detection;
 use super::hole_region::HoleRegion;
-use super::last_seen::{LastSeen, back, held};
-use super::recognition::recognize;
+use super::last_seen::LastSeen;
+use super::recognition::{Recognized, RecognizedBy, recognize};
 use super::state::HoleState;
 use crate::topology::skeleton::Hole;
 use crate::topology::tracks::detection::{Detected, Detections};
-use crate::topology::tracks::track::{TrackId, TrackStep};
-use crate::topology::tracks::tracker::{FrameStamp, Tracker};
+use crate::topology::tracks::track::{FrameStamp, TrackId, TrackStep};
+use crate::topology::tracks::tracker::Tracker;
 
 /// The regions that are found again in a frame have this number of vertices together.
 const REGION_VERTICES: usize = 256;
@@ -44,7 +44,7 @@ impl<R: HoleRegion> Tracker<HoleState<R>> {
     ) -> TrackStep {
         let Detections { all, is_selected, left_out } = detections;
         let known: Vec<LastSeen<'_, R>> = self.states.iter().map(|state| state.last_seen(at.number)).collect();
-        let own = recognize(&known, &all, &is_selected, &mut find_region);
+        let Recognized { own, motion } = recognize(&known, &all, &is_selected, &mut find_region);
         let mut is_new = is_selected.clone();
         own.iter().flatten().for_each(|&(place, _)| is_new[place] = false);
         let newcomers: Vec<usize> = (0..all.len()).filter(|&place| is_new[place]).collect();
@@ -53,8 +53,14 @@ impl<R: HoleRegion> Tracker<HoleState<R>> {
         let before: Vec<Option<u64>> = newcomers.iter().map(|&place| self.holder_of(&all[place])).collect();
         for (state, own) in self.states.iter_mut().zip(own) {
             match own {
-                Some((place, by)) => state.see(at, &all[place], by, is_selected[place]),
-                None => state.life.miss(),
+                Some((place, by)) => {
+                    state.see(at, &all[place], by, &motion, is_selected[place]);
+                    if by == RecognizedBy::Region {
+                        // It was found to recognize the track. The last one may be that of many frames ago.
+                        state.refresh_region(at.number, &mut find_region);
+                    }
+                }
+                None => state.miss(&motion),
             }
         }
         self.frame = at.number;
@@ -93,9 +99,7 @@ impl<R: HoleRegion> Tracker<HoleState<R>> {
 
     /// The announced track whose last region contains the centre of a new dot; the smallest, if there are several.
     fn holder_of(&self, new: &Detection) -> Option<u64> {
-        let holds = |state: &&HoleState<R>| {
-            is_named(state, new.persistence()) && held(&state.region, state.shift(), new.hole.center)
-        };
+        let holds = |state: &&HoleState<R>| is_named(state, new.persistence()) && state.holds(new.hole.center);
         smallest(self.announced().filter(holds))
     }
 }
@@ -111,11 +115,10 @@ fn current_holder<R: HoleRegion>(
     let may_hold = |state: &HoleState<R>| state.life.is_detected() && is_named(state, persistence);
     let is_near = |state: &&mut HoleState<R>| {
         let is_small = hole.radius < SUBSTANTIAL * state.life.track.hole.radius;
-        let is_near = state.region.is_near(point) || state.region.is_near(back(point, state.shift()));
-        may_hold(state) && !is_small && is_near
+        may_hold(state) && !is_small && state.is_near(point)
     };
     states.iter_mut().filter(is_near).for_each(|state| state.refresh_region(frame, find_region));
-    let holds = |state: &&HoleState<R>| may_hold(state) && held(&state.region, state.shift(), point);
+    let holds = |state: &&HoleState<R>| may_hold(state) && state.holds(point);
     smallest(states.iter().filter(holds))
 }
 
