@@ -182,7 +182,7 @@ impl<'a, R: HoleRegion> Trial<'a, R> {
         weight(&explained) + self.held(motion, &explained).iter().sum::<f64>()
     }
 
-    /// What is explained of tracks whose regions a motion leads to where the centre of a detection is. Their own centres
+    /// What is explained of tracks whose regions a motion leads to where the centre of a detection is. Their centres
     /// may have jumped; tracks that are explained by these are left out.
     fn held(&self, motion: Motion, explained: &[Explained]) -> Vec<f64> {
         let is_explained = |known: &LastSeen<'_, R>| explained.iter().any(|pair| pair.from == known.hole.center);
