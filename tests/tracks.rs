@@ -132,12 +132,26 @@ fn nearest(hole: &TrueHole, tracks: &[(TrackId, Track)]) -> Option<TrackId> {
     away.filter(|&(away, _)| away <= 0.5 * hole.radius).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
 }
 
+fn check_names(kind: Kind, options: SceneOptions) {
+    let (switches, misses, holes) = follow(kind, options, 90);
+    assert_eq!(switches, 0, "{kind:?} {options:?}");
+    // A name is given in the second frame of a hole.
+    assert!(misses * 20 <= holes, "{kind:?} {options:?}: {misses} of {holes} are not there");
+}
+
 #[test]
 fn no_true_hole_changes_its_name_in_any_scene() {
     for kind in Kind::ALL {
-        // A name is given in the second frame of a hole. In the frames of such changes a true hole may be near another.
-        let (switches, misses, holes) = follow(kind, SceneOptions { churn: 1.0, ..SceneOptions::default() }, 90);
-        assert_eq!(switches, 0, "{kind:?}");
-        assert!(misses * 20 <= holes, "{kind:?}: {misses} of {holes} are not there");
+        check_names(kind, SceneOptions { churn: 1.0, ..SceneOptions::default() });
+    }
+}
+
+#[test]
+fn no_true_hole_changes_its_name_when_the_camera_moves() {
+    for camera in ["pan:1", "turn:1", "zoom:0.5", "shake:1"] {
+        let camera = Some(camera.parse().unwrap());
+        for kind in [Kind::Drift, Kind::Pinch, Kind::Fuse, Kind::Pass, Kind::Concentric, Kind::Ellipses, Kind::Cells] {
+            check_names(kind, SceneOptions { churn: 0.05, camera, ..SceneOptions::default() });
+        }
     }
 }

@@ -258,6 +258,9 @@ def distances(holes: dict[int, Hole], dots: list[Dot]) -> np.ndarray:
 # Splits and mergers
 
 
+NOISE = 1e3  # frames: worse than any delay
+
+
 @dataclass
 class Reported:
     """Counts of one kind of event. Those of several runs are added."""
@@ -284,7 +287,7 @@ def reported(
 
     A selection without a bound sees the smaller part before a split, and after a merger, while its persistence is
     below that of the truth: for at most `slack` frames, in which its report is in time too. A report that belongs to no
-    event is false if it `counts`.
+    event is false if it `counts`, and is taken for an event only if no report that counts tells it.
     """
     true = [each for each in truth.happenings if each.kind == kind]
     said = [each for each in happenings if each.kind == kind]
@@ -294,7 +297,7 @@ def reported(
     for row, event in enumerate(true):
         for column, report in enumerate(said):
             if earliest <= report.frame - event.frame <= LATE and is_in_place(truth, event, report):
-                costs[row, column] = abs(report.frame - event.frame)
+                costs[row, column] = abs(report.frame - event.frame) + (0 if counts(report) else NOISE)
     pairs = [pair for pair in zip(*linear_sum_assignment(costs), strict=True) if costs[pair] < impossible]
     in_time = sum(said[column].frame - true[row].frame <= latest for row, column in pairs)
     matched = {column for _, column in pairs}

@@ -18,6 +18,9 @@ use crate::topology::tracks::tracker::Tracked;
 /// The weight of the newest movement in the velocity.
 const NEWEST_SHARE: f64 = 0.5;
 
+/// A hole whose persistence has become more than so many times larger has grown much.
+const MUCH: f64 = 1.25;
+
 /// A track, announced or not.
 #[derive(Clone, Debug)]
 pub struct HoleState<R> {
@@ -26,6 +29,8 @@ pub struct HoleState<R> {
     pub detection: Detection,
     /// The region when it was last found.
     pub region: R,
+    /// The persistence at that time.
+    region_persistence: f64,
     /// The common motion since that time.
     pub motion: Motion,
     /// The movement of the centre since then besides that. The region may have moved with it.
@@ -80,6 +85,7 @@ impl<R: HoleRegion> HoleState<R> {
             life: Life::new(key, at, track, detection.persistence(), parent),
             detection,
             region: R::default(),
+            region_persistence: 0.0,
             motion: Motion::IDENTITY,
             shift: [0.0; 2],
             region_frame: 0,
@@ -142,6 +148,11 @@ impl<R: HoleRegion> HoleState<R> {
         self.detection = detection.clone();
     }
 
+    /// Whether its hole has grown much since the region was found: then so has the region.
+    pub fn has_grown(&self) -> bool {
+        self.life.track.persistence() > MUCH * self.region_persistence
+    }
+
     /// It is missing in a frame, after a common motion.
     pub fn miss(&mut self, motion: &Motion) {
         self.move_region(motion);
@@ -157,6 +168,7 @@ impl<R: HoleRegion> HoleState<R> {
         if self.region_frame < frame {
             self.region = find_region(&self.detection);
             self.life.track.area = self.region.area();
+            self.region_persistence = self.life.track.persistence();
             (self.region_frame, self.motion, self.shift) = (frame, Motion::IDENTITY, [0.0; 2]);
         }
     }

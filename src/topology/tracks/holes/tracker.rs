@@ -81,13 +81,13 @@ impl<R: HoleRegion> Tracker<HoleState<R>> {
         self.step(at, events, left_out)
     }
 
-    /// Finds the regions again that were not found for the longest time. A large region waits until the budget of
-    /// several frames suffices.
+    /// Finds the regions again of holes that have grown, then those that were not found for the longest time. A large
+    /// region waits until the budget of several frames suffices.
     fn refresh_regions(&mut self, find_region: &mut impl FnMut(&Detection) -> R) {
         let frame = self.frame;
         let is_due = |state: &&mut HoleState<R>| state.life.is_detected() && state.region_frame < frame;
         let mut due: Vec<&mut HoleState<R>> = self.states.iter_mut().filter(is_due).collect();
-        due.sort_unstable_by_key(|state| (state.region_frame, state.life.key));
+        due.sort_unstable_by_key(|state| (!state.has_grown(), state.region_frame, state.life.key));
         self.shared += REGION_VERTICES;
         for state in due {
             let Some(left) = self.shared.checked_sub(state.region.vertex_count().max(1)) else { return };
