@@ -21,6 +21,7 @@
 //! | --- | --- |
 //! | `base` | sorting by numeric keys, lists shared between threads (the only file with `rayon`), accurate sums |
 //! | `cloud` | which points are there: positions in the plane or in R^d, windows, duplicates, what changed |
+//! | `declutter` | which points are outliers, and are left out if that is asked for |
 //! | `metric` | tree and dots of any metric space: lengths, the Vietoris-Rips sweep |
 //! | `plane` | tree and dots of a cloud: geometry, Delaunay (with `spade`), filtration, reduction, holes, tiles |
 //! | `skeleton` | what a skeleton is: dots, tree, gaps, views, cycles, simplification, ranking |
@@ -100,6 +101,7 @@
 
 mod base;
 mod cloud;
+mod declutter;
 mod frames;
 mod metric;
 mod pipeline;
@@ -115,8 +117,9 @@ pub use cloud::{
     MAX_COORDINATE, MIN_COORDINATE, PointError, Position, Refusal, Restart, Site, Slot, Staging, Vertex, VertexId,
     Vertices, Window,
 };
+pub use declutter::{Declutter, DeclutterError, Decluttered, MAX_NEIGHBOURS};
 pub use frames::{ApplyError, Checksum, Diff, Follower, Frame, Presence, SimplifiedFollower, Snapshot, Step};
-pub use pipeline::{Contradiction, Options, Pipeline, SpaceOptions, SpacePipeline, Stage, Tracker, numbered};
+pub use pipeline::{Contradiction, Options, OutlierStep, Pipeline, SpaceOptions, SpacePipeline, Stage, Tracker, numbered};
 pub use plane::elements::DIAGONAL;
 pub use plane::holes::{BoundaryVertex, Region};
 pub use skeleton::{

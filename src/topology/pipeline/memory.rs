@@ -18,7 +18,8 @@ const TILED: usize = 960;
 impl Pipeline {
     /// About how many bytes it takes.
     pub fn bytes(&self) -> usize {
-        self.cloud.bytes() + self.delaunay.vertex_count() * self.bytes_of_a_vertex()
+        let outliers = self.outliers.as_ref().map_or(0, |outliers| outliers.bytes());
+        self.cloud.bytes() + outliers + self.delaunay.vertex_count() * self.bytes_of_a_vertex()
     }
 
     /// About how many bytes more it takes once its newest frame is computed.

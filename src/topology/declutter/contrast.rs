@@ -1,0 +1,50 @@
+//! The contrast of a point: whether points that are much closer together are near it.
+//!
+//! In: the tree of points, changes of their distances.
+//! Out: whether a point is contrasted, and which may have become so.
+//! Invariant: a change is noticed wherever it can matter.
+//! Must not know: R.
+
+use super::search::{Extent, square_distance};
+use super::tree::{Entry, Tree};
+use crate::topology::cloud::{Position, Slot};
+
+/// The square of how many of its own distances from a point the close ones are at most: 1.5.
+const NEAR: f64 = 2.25;
+
+/// The square of how many times smaller their distances are: 4.
+const CLOSER: f64 = 16.0;
+
+/// The distance of a K-th neighbour that was or is somewhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Event {
+    /// Where.
+    pub position: Position,
+    /// The smaller distance, squared, if it has changed.
+    pub reach: f64,
+}
+
+/// Whether so many points near this one are much closer together.
+pub fn is_contrasted(tree: &Tree, entry: &Entry, wanted: usize) -> bool {
+    tree.has_witnesses(entry.position, NEAR * entry.reach, entry.reach / CLOSER, wanted)
+}
+
+/// Calls `visit` on the points, some perhaps more than once, whose contrast events may change.
+pub fn near_events(tree: &Tree, events: Vec<Event>, mut visit: impl FnMut(Slot)) {
+    let mut events: Vec<(u32, Event)> =
+        events.into_iter().map(|event| (tree.leaf_of(event.position), event)).collect();
+    events.sort_unstable_by_key(|&(leaf, _)| leaf);
+    for group in events.chunk_by(|a, b| a.0 == b.0) {
+        let extent = Extent::of(group.iter().map(|(_, event)| event.position));
+        let least = group.iter().fold(f64::INFINITY, |least, (_, event)| least.min(event.reach)) * CLOSER;
+        tree.around(extent, NEAR, least, &mut |entry| {
+            let matters = |(_, event): &(u32, Event)| {
+                event.reach <= entry.reach / CLOSER
+                    && square_distance(entry.position, event.position) <= NEAR * entry.reach
+            };
+            if group.iter().any(matters) {
+                visit(entry.slot);
+            }
+        });
+    }
+}
