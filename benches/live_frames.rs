@@ -35,7 +35,7 @@ fn main() -> Result<(), Error> {
         "camera" => Window::Frames(NonZeroU64::MIN),
         _ => Window::Points(NonZeroU64::new(run.points as u64).ok_or("--points must not be 0")?),
     };
-    let mut pipeline = Pipeline::new(Options { window, resolution: None });
+    let mut pipeline = Pipeline::new(Options { window, ..Options::default() });
     if let Some(leaf) = run.leaf {
         pipeline = pipeline.with_leaf(leaf);
     }
