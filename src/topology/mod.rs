@@ -119,7 +119,9 @@ pub use cloud::{
 };
 pub use declutter::{Declutter, DeclutterError, Decluttered, MAX_NEIGHBOURS};
 pub use frames::{ApplyError, Checksum, Diff, Follower, Frame, Presence, SimplifiedFollower, Snapshot, Step};
-pub use pipeline::{Contradiction, Options, OutlierStep, Pipeline, SpaceOptions, SpacePipeline, Stage, Tracker, numbered};
+pub use pipeline::{
+    Contradiction, Options, OutlierStep, Pipeline, SpaceOptions, SpacePipeline, Stage, Tracker, numbered,
+};
 pub use plane::elements::DIAGONAL;
 pub use plane::holes::{BoundaryVertex, Region};
 pub use skeleton::{
@@ -143,6 +145,7 @@ pub mod spaces {
 
 /// The stages between the cloud and its skeleton, to run or to measure them one by one.
 pub mod stages {
+    pub use super::declutter::{Filter as OutlierFilter, Sides};
     pub use super::plane::along_curve;
     pub use super::plane::basins::{Basins, OUTER_BASIN};
     pub use super::plane::delaunay::{Delaunay, Update};

@@ -31,8 +31,7 @@ pub fn is_contrasted(tree: &Tree, entry: &Entry, wanted: usize) -> bool {
 
 /// Calls `visit` on the points, some perhaps more than once, whose contrast events may change.
 pub fn near_events(tree: &Tree, events: Vec<Event>, mut visit: impl FnMut(Slot)) {
-    let mut events: Vec<(u32, Event)> =
-        events.into_iter().map(|event| (tree.leaf_of(event.position), event)).collect();
+    let mut events: Vec<(u32, Event)> = events.into_iter().map(|event| (tree.leaf_of(event.position), event)).collect();
     events.sort_unstable_by_key(|&(leaf, _)| leaf);
     for group in events.chunk_by(|a, b| a.0 == b.0) {
         let extent = Extent::of(group.iter().map(|(_, event)| event.position));

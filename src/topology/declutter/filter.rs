@@ -278,8 +278,11 @@ impl Filter {
             let is_new = is_listed[slot];
             if was != is {
                 *outliers = if is { *outliers - 1 } else { *outliers + 1 };
-                let (to, from) =
-                    if is { (&mut sides.passing, &mut sides.outliers) } else { (&mut sides.outliers, &mut sides.passing) };
+                let (to, from) = if is {
+                    (&mut sides.passing, &mut sides.outliers)
+                } else {
+                    (&mut sides.outliers, &mut sides.passing)
+                };
                 to.appeared.push(entry.slot);
                 from.vanished.extend((!is_new).then_some(entry.slot));
             } else if is_new {

@@ -53,6 +53,6 @@ mod search;
 mod textbook;
 mod tree;
 
-pub use filter::Filter;
+pub use filter::{Filter, Sides};
 pub use report::Decluttered;
 pub use rule::{Declutter, DeclutterError, MAX_NEIGHBOURS};

@@ -164,7 +164,9 @@ impl Tree {
 
     /// The point in a slot in use.
     pub fn entry(&self, slot: Slot) -> &Entry {
-        let Body::Leaf { chunk } = self.nodes[self.leaf(slot) as usize].body else { unreachable!("points are in leaves") };
+        let Body::Leaf { chunk } = self.nodes[self.leaf(slot) as usize].body else {
+            unreachable!("points are in leaves")
+        };
         let entry = self.chunk(chunk).iter().find(|entry| entry.slot == slot);
         entry.expect("a slot in use is in its leaf")
     }
