@@ -73,9 +73,8 @@ pub struct Cloud<S = Position> {
     pub(super) occupied: usize,
     /// The most vertices with points that there may be.
     pub(super) most: usize,
-    /// Vertices as of the last commit, with those that are set aside.
+    /// Vertices as of the last commit, and how many of them are set aside.
     committed: usize,
-    /// Vertices that are set aside.
     aside: usize,
     pub(super) points: u64,
     next_id: u64,

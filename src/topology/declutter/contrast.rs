@@ -25,8 +25,19 @@ pub struct Event {
 }
 
 /// Whether so many points near this one are much closer together.
-pub fn is_contrasted(tree: &Tree, entry: &Entry, wanted: usize) -> bool {
+fn is_contrasted(tree: &Tree, entry: &Entry, wanted: usize) -> bool {
     tree.has_witnesses(entry.position, NEAR * entry.reach, entry.reach / CLOSER, wanted)
+}
+
+/// Which of some points of a leaf are contrasted, by calls of `tell`.
+pub fn judge_group(tree: &Tree, group: &[Entry], wanted: usize, mut tell: impl FnMut(&Entry, bool)) {
+    let most = group.iter().fold(0.0_f64, |most, entry| most.max(entry.reach));
+    let extent = Extent::of(group.iter().map(|entry| entry.position));
+    // Hardly any point has much closer ones around, so most groups are done with one search.
+    let least = tree.least_reach(extent, NEAR * most, most);
+    for entry in group {
+        tell(entry, least <= entry.reach / CLOSER && is_contrasted(tree, entry, wanted));
+    }
 }
 
 /// Calls `visit` on the points, some perhaps more than once, whose contrast events may change.

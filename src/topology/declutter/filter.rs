@@ -11,8 +11,8 @@ use super::ladder::{Rungs, square};
 use super::occupancy::Occupancy;
 use super::report::Decluttered;
 use super::rule::Declutter;
-use super::search::{Extent, square_distance};
-use super::tree::{Entry, Tree};
+use super::search::{Extent, Workspace, square_distance};
+use super::tree::{Entry, NodeId, Tree};
 use crate::topology::base::in_parts;
 use crate::topology::cloud::{Cloud, CloudChange, Position, Slot};
 
@@ -57,8 +57,7 @@ pub struct Filter {
     outliers: usize,
     /// By slot: whether it is in a list that is made.
     is_listed: Vec<bool>,
-    /// Working memory for neighbours.
-    squares: Vec<f64>,
+    work: Workspace,
 }
 
 impl Filter {
@@ -73,7 +72,7 @@ impl Filter {
             passes: Vec::new(),
             outliers: 0,
             is_listed: Vec::new(),
-            squares: vec![0.0; rule.neighbours() as usize],
+            work: Workspace::default(),
         }
     }
 
@@ -140,68 +139,98 @@ impl Filter {
         // The old tree makes way for the new one.
         self.tree = Tree::default();
         self.tree = Tree::new(entries);
-        let neighbours = self.squares.len();
-        let reaches = of_all(&self.tree, |tree, entries| {
-            let mut squares = vec![0.0; neighbours];
-            entries.iter().map(|entry| tree.reach(entry.position, entry.slot, &mut squares)).collect()
+        self.tree.refresh(f64::INFINITY, true);
+        let neighbours = self.rule.neighbours() as usize;
+        let reaches = of_all(&self.tree, |tree, leaves| {
+            let mut work = Workspace::default();
+            let reaches = |&leaf| tree.reaches(leaf, tree.leaf_entries(leaf), neighbours, &mut work).to_vec();
+            leaves.iter().flat_map(reaches).collect()
         });
         self.rungs = Rungs::default();
         reaches.iter().for_each(|&reach| self.rungs.add(reach));
-        self.tree.entries_mut().zip(reaches).for_each(|(entry, reach)| entry.reach = reach);
+        set_all(&mut self.tree, reaches, |entry, reach| entry.reach = reach);
         self.tree.refresh(f64::INFINITY, true);
         let wanted = self.rule.witnesses();
-        let contrasts = of_all(&self.tree, |tree, entries| {
-            entries.iter().map(|entry| contrast::is_contrasted(tree, entry, wanted)).collect()
+        let contrasts = of_all(&self.tree, |tree, leaves| {
+            let mut contrasts = Vec::new();
+            for &leaf in leaves {
+                contrast::judge_group(tree, tree.leaf_entries(leaf), wanted, |_, is| contrasts.push(is));
+            }
+            contrasts
         });
-        self.tree.entries_mut().zip(contrasts).for_each(|(entry, is)| entry.is_contrasted = is);
+        set_all(&mut self.tree, contrasts, |entry, is| entry.is_contrasted = is);
         self.occupancy = Occupancy::default();
         self.count_cells(cloud, &CloudChange::default());
     }
 
     /// Follows a small change. Returns the slots that may have changed sides.
     fn follow_small(&mut self, cloud: &Cloud, change: &CloudChange) -> Vec<Slot> {
-        let moved = self.slots_near(cloud, change);
-        let mut events = Vec::with_capacity(change.vanished.len() + change.appeared.len() + moved.len());
+        let near = self.slots_near(cloud, change);
+        let mut events = Vec::with_capacity(change.vanished.len() + change.appeared.len() + near.len());
         for &slot in &change.vanished {
             let Entry { position, reach, .. } = self.tree.remove(slot);
             self.rungs.remove(reach);
             events.push(Event { position, reach });
         }
-        change.appeared.iter().for_each(|&slot| self.tree.insert(new_entry(cloud, slot)));
-        let mut judged = Vec::with_capacity(change.appeared.len() + moved.len());
         for &slot in &change.appeared {
-            let position = cloud.position(slot);
-            let reach = self.set_reach(position, slot).1;
-            events.push(Event { position, reach });
-            judged.push(slot);
+            self.tree.insert(new_entry(cloud, slot));
+            self.rungs.add(f64::NAN);
         }
-        for slot in moved {
-            let position = cloud.position(slot);
-            let (old, new) = self.set_reach(position, slot);
-            self.rungs.remove(old);
-            if old != new {
-                events.push(Event { position, reach: old.min(new) });
-                judged.push(slot);
-            }
-        }
-        self.tree.refresh(self.bar.square, !self.bar.is_contrast_asked);
+        self.refresh();
+        let asked = [near, change.appeared.clone()].concat();
+        let mut judged = self.set_reaches(&asked, &mut events);
+        self.refresh();
         judged.iter().for_each(|&slot| self.is_listed[slot as usize] = true);
         contrast::near_events(&self.tree, events, |slot| {
             if !std::mem::replace(&mut self.is_listed[slot as usize], true) {
                 judged.push(slot);
             }
         });
-        let wanted = self.rule.witnesses();
-        for &slot in &judged {
-            self.is_listed[slot as usize] = false;
-            let entry = self.tree.entry(slot);
-            let is_contrasted = contrast::is_contrasted(&self.tree, entry, wanted);
-            if entry.is_contrasted != is_contrasted {
-                self.tree.entry_mut(slot).is_contrasted = is_contrasted;
-            }
-        }
+        judged.iter().for_each(|&slot| self.is_listed[slot as usize] = false);
+        self.set_contrasts(&judged);
         self.count_cells(cloud, change);
         judged
+    }
+
+    fn refresh(&mut self) {
+        self.tree.refresh(self.bar.square, !self.bar.is_contrast_asked);
+    }
+
+    /// Finds the K-th neighbours of points anew. Adds an event for each whose distance has changed, and returns them.
+    fn set_reaches(&mut self, slots: &[Slot], events: &mut Vec<Event>) -> Vec<Slot> {
+        let Self { tree, rungs, rule, work, .. } = self;
+        let neighbours = rule.neighbours() as usize;
+        let mut changed = Vec::with_capacity(slots.len());
+        for (leaf, group) in groups(tree, slots) {
+            for (entry, &reach) in group.iter().zip(tree.reaches(leaf, &group, neighbours, work)) {
+                if entry.reach != reach {
+                    changed.push((entry.slot, reach));
+                    events.push(Event { position: entry.position, reach: reach.min(entry.reach) });
+                }
+            }
+        }
+        let slots = changed.iter().map(|&(slot, reach)| {
+            let entry = tree.entry_mut(slot);
+            rungs.remove(entry.reach);
+            rungs.add(reach);
+            entry.reach = reach;
+            slot
+        });
+        slots.collect()
+    }
+
+    fn set_contrasts(&mut self, slots: &[Slot]) {
+        let wanted = self.rule.witnesses();
+        let mut changed = Vec::new();
+        for (_, group) in groups(&self.tree, slots) {
+            contrast::judge_group(&self.tree, &group, wanted, |entry, is_contrasted| {
+                changed.extend((entry.is_contrasted != is_contrasted).then_some(entry.slot));
+            });
+        }
+        for slot in changed {
+            let entry = self.tree.entry_mut(slot);
+            entry.is_contrasted = !entry.is_contrasted;
+        }
     }
 
     /// Points that stay and whose K-th neighbour a change may change.
@@ -225,17 +254,6 @@ impl Filter {
         }
         change.vanished.iter().chain(&near).for_each(|&slot| is_listed[slot as usize] = false);
         near
-    }
-
-    /// Finds the K-th neighbour of a point anew. Returns its old and its new reach.
-    fn set_reach(&mut self, position: Position, slot: Slot) -> (f64, f64) {
-        let new = self.tree.reach(position, slot, &mut self.squares);
-        self.rungs.add(new);
-        let old = self.tree.entry(slot).reach;
-        if old != new {
-            self.tree.entry_mut(slot).reach = new;
-        }
-        (old, new)
     }
 
     fn count_cells(&mut self, cloud: &Cloud, change: &CloudChange) {
@@ -296,8 +314,8 @@ impl Filter {
                 tree.spoil_all();
             }
         }
-        tree.refresh(bar.square, !bar.is_contrast_asked);
         change.appeared.iter().for_each(|&slot| is_listed[slot as usize] = false);
+        self.refresh();
         for side in [&mut sides.passing, &mut sides.outliers] {
             for slots in [&mut side.appeared, &mut side.vanished] {
                 slots.sort_unstable_by_key(|&slot| (cloud.id(slot), slot));
@@ -307,11 +325,34 @@ impl Filter {
 }
 
 fn new_entry(cloud: &Cloud, slot: Slot) -> Entry {
-    Entry { position: cloud.position(slot), slot, is_contrasted: false, reach: f64::INFINITY }
+    Entry { position: cloud.position(slot), slot, is_contrasted: false, reach: f64::NAN }
 }
 
-/// The results of `work` on all points, in the order of the tree.
-fn of_all<T: Send>(tree: &Tree, work: impl Fn(&Tree, &[Entry]) -> Vec<T> + Sync) -> Vec<T> {
-    let entries: Vec<Entry> = tree.entries().copied().collect();
-    in_parts(entries.len(), |part| work(tree, &entries[part])).into_iter().flatten().collect()
+/// The results of `work` on the points of all leaves, in their order.
+fn of_all<T: Send>(tree: &Tree, work: impl Fn(&Tree, &[NodeId]) -> Vec<T> + Sync) -> Vec<T> {
+    let leaves = tree.leaves();
+    // Parts are of points; leaves are shared in proportion.
+    let points = tree.len();
+    let place = |point: usize| (point as u64 * leaves.len() as u64 / points.max(1) as u64) as usize;
+    in_parts(points, |part| work(tree, &leaves[place(part.start)..place(part.end)])).into_iter().flatten().collect()
+}
+
+/// Sets something of the points of all leaves, in their order.
+fn set_all<T>(tree: &mut Tree, values: Vec<T>, set: impl Fn(&mut Entry, T)) {
+    let mut values = values.into_iter();
+    for leaf in tree.leaves() {
+        tree.leaf_entries_mut(leaf).iter_mut().zip(&mut values).for_each(|(entry, value)| set(entry, value));
+    }
+}
+
+/// The points of slots, those of a leaf together.
+fn groups(tree: &Tree, slots: &[Slot]) -> Vec<(NodeId, Vec<Entry>)> {
+    let mut places: Vec<(NodeId, Slot)> = slots.iter().map(|&slot| (tree.leaf(slot), slot)).collect();
+    places.sort_unstable();
+    let group = |group: &[(NodeId, Slot)]| {
+        let mut entries = Vec::with_capacity(group.len());
+        entries.extend(group.iter().map(|&(_, slot)| *tree.entry(slot)));
+        (group[0].0, entries)
+    };
+    places.chunk_by(|a, b| a.0 == b.0).map(group).collect()
 }

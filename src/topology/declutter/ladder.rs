@@ -41,7 +41,7 @@ pub fn rung_of_square(value: f64) -> Option<i32> {
 #[derive(Clone, Debug)]
 pub struct Rungs {
     counts: Vec<u32>,
-    /// Those that are infinite.
+    /// Those that are infinite, or not known.
     infinite: usize,
     total: usize,
 }

@@ -14,9 +14,9 @@
 //! 1. **reach:** d is at most R, and
 //! 2. **contrast:** fewer than 2K + 2 points within 1.5 d of it have a distance of at most d / 4.
 //!
-//! Clutter far from everything has no K neighbours within R. Clutter near a wall has, but its neighbours are much closer
-//! together than it is to them. So many witnesses are asked for since a clump of K + 1 outliers, or one close pair in a
-//! wall, must not take its surroundings away.
+//! Clutter far from everything has no K neighbours within R. Clutter near a wall has, but its neighbours are much
+//! closer together than it is to them. So many witnesses are asked for since a clump of K + 1 outliers, or one close
+//! pair in a wall, must not take its surroundings away.
 //!
 //! Unless R is given, it is found from the cloud. The density of clutter is estimated by lone points, on a grid
 //! (`occupancy`). R is the largest radius at which at most one clutter point (or another number) is expected to have K
@@ -30,9 +30,9 @@
 //!
 //! Let rho be the largest d that stays. *If no outlier has K outliers within rho, and no true point was removed*, then
 //! births and deaths of the skeleton are those of the true points within rho, and dots of a persistence above 2 rho are
-//! real: every outlier that stays has a true point within rho, so the distance functions of both clouds differ by rho at
-//! most. The premise cannot be checked, but it is what R is chosen for. It is called certified if R was given, or if at
-//! most 0.1 clutter points are expected to stay.
+//! real: every outlier that stays has a true point within rho, so the distance functions of both clouds differ by rho
+//! at most. The premise cannot be checked, but it is what R is chosen for. It is called certified if R was given, or if
+//! at most 0.1 clutter points were asked for and are expected to stay.
 //!
 //! # What it cannot do
 //!

@@ -3,8 +3,8 @@
 //! In: positions that come and go, their bounding box.
 //! Out: [`Clutter`]: its density, if there is any.
 //! Invariants: the grid and the density depend on the positions alone. Cells are squares whose side is a power of two,
-//! anchored at the origin: the smallest of which at most [`CELLS_PER_POINT`] a point cover the bounding box. A change of
-//! a point costs the same whatever the number of points; the counts are made anew when the side changes.
+//! anchored at the origin: the smallest of which at most [`CELLS_PER_POINT`] a point cover the bounding box. A change
+//! of a point costs the same whatever the number of points; the counts are made anew when the side changes.
 //! Must not know: neighbours, filters.
 //!
 //! A block is a cell with the eight around it. Where clutter is a Poisson process of intensity m a cell, a block is

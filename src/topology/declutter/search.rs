@@ -8,7 +8,7 @@
 //! Must not know: which points are clutter.
 
 use super::tree::{Body, Bounds, Entry, NodeId, ROOT, Tree};
-use crate::topology::cloud::{Position, Slot};
+use crate::topology::cloud::Position;
 
 /// The squared distance of two positions.
 #[inline]
@@ -71,6 +71,14 @@ impl Nearest<'_> {
     }
 }
 
+/// Working memory for reaches.
+#[derive(Clone, Debug, Default)]
+pub struct Workspace {
+    squares: Vec<f64>,
+    around: Vec<NodeId>,
+    reaches: Vec<f64>,
+}
+
 /// A search for points that are close together near a point.
 struct Witnesses {
     at: Position,
@@ -82,32 +90,112 @@ struct Witnesses {
 }
 
 impl Tree {
-    /// The squared distance of the K-th nearest other point to the one in a slot; infinite if there are not so many.
-    /// K is the length of `squares`, which is working memory.
-    pub fn reach(&self, at: Position, slot: Slot, squares: &mut [f64]) -> f64 {
-        squares.fill(f64::INFINITY);
-        let mut nearest = Nearest { squares };
-        self.find_nearest(ROOT, at, slot, &mut nearest);
-        nearest.farthest()
+    /// The squared distances of the K-th nearest other points to some of a leaf, infinite where there are not so many.
+    /// Bounding boxes must be right. All of them share a search for the leaves around.
+    pub fn reaches<'a>(&self, leaf: NodeId, group: &[Entry], neighbours: usize, work: &'a mut Workspace) -> &'a [f64] {
+        let Workspace { squares, around, reaches } = work;
+        squares.clear();
+        squares.resize(neighbours * group.len(), f64::INFINITY);
+        reaches.clear();
+        around.clear();
+        let mut farthest = 0.0_f64;
+        for (entry, squares) in group.iter().zip(squares.chunks_exact_mut(neighbours)) {
+            let mut nearest = Nearest { squares };
+            self.offer_leaf(leaf, entry, &mut nearest);
+            farthest = farthest.max(nearest.farthest());
+        }
+        if farthest == f64::INFINITY {
+            // In a leaf of few points the search starts without a bound.
+            reaches.extend(group.iter().zip(squares.chunks_exact_mut(neighbours)).map(|(entry, squares)| {
+                squares.fill(f64::INFINITY);
+                let mut nearest = Nearest { squares };
+                self.find_nearest(ROOT, entry, &mut nearest);
+                nearest.farthest()
+            }));
+            return reaches;
+        }
+        let extent = Extent::of(group.iter().map(|entry| entry.position));
+        self.find_leaves(ROOT, extent, farthest, around);
+        reaches.extend(group.iter().zip(squares.chunks_exact_mut(neighbours)).map(|(entry, squares)| {
+            let mut nearest = Nearest { squares };
+            for &other in around.iter().filter(|&&other| other != leaf) {
+                if self.square_distance_to(other, entry.position) < nearest.farthest() {
+                    self.offer_leaf(other, entry, &mut nearest);
+                }
+            }
+            nearest.farthest()
+        }));
+        reaches
     }
 
-    fn find_nearest(&self, id: NodeId, at: Position, slot: Slot, nearest: &mut Nearest<'_>) {
+    #[inline]
+    fn offer_leaf(&self, leaf: NodeId, entry: &Entry, nearest: &mut Nearest<'_>) {
+        for other in self.leaf_entries(leaf) {
+            if other.slot != entry.slot {
+                nearest.offer(square_distance(entry.position, other.position));
+            }
+        }
+    }
+
+    #[inline]
+    fn square_distance_to(&self, id: NodeId, position: Position) -> f64 {
+        let Bounds { low, high, .. } = self.nodes[id as usize].bounds;
+        let xy = position.xy();
+        Extent { low: xy, high: xy }.square_distance(low, high)
+    }
+
+    /// The leaves that are nearer to a box than a distance, given by its square.
+    fn find_leaves(&self, id: NodeId, extent: Extent, within: f64, leaves: &mut Vec<NodeId>) {
+        let node = &self.nodes[id as usize];
+        if extent.square_distance(node.bounds.low, node.bounds.high) >= within {
+            return;
+        }
+        match node.body {
+            Body::Leaf { .. } => leaves.push(id),
+            Body::Halves { halves, .. } => {
+                halves.into_iter().for_each(|half| self.find_leaves(half, extent, within, leaves));
+            }
+        }
+    }
+
+    fn find_nearest(&self, id: NodeId, entry: &Entry, nearest: &mut Nearest<'_>) {
         match self.nodes[id as usize].body {
-            Body::Leaf { chunk } => {
-                for entry in self.chunk(chunk) {
-                    if entry.slot != slot {
-                        nearest.offer(square_distance(at, entry.position));
+            Body::Leaf { .. } => self.offer_leaf(id, entry, nearest),
+            Body::Halves { axis, at: split, halves } => {
+                let beyond = entry.position.xy()[axis] - split[0];
+                let first = usize::from(beyond >= 0.0);
+                self.find_nearest(halves[first], entry, nearest);
+                // All of the other half is at least as far as the line between them.
+                if beyond * beyond < nearest.farthest() {
+                    self.find_nearest(halves[1 - first], entry, nearest);
+                }
+            }
+        }
+    }
+
+    /// The least reach of the points within a distance of a box, given by its square; `most` if none is less.
+    pub fn least_reach(&self, extent: Extent, within: f64, most: f64) -> f64 {
+        let mut least = most;
+        self.find_least(ROOT, extent, within, &mut least);
+        least
+    }
+
+    fn find_least(&self, id: NodeId, extent: Extent, within: f64, least: &mut f64) {
+        let node = &self.nodes[id as usize];
+        if node.bounds.least >= *least || extent.square_distance(node.bounds.low, node.bounds.high) > within {
+            return;
+        }
+        match node.body {
+            Body::Leaf { .. } => {
+                for entry in self.leaf_entries(id) {
+                    let xy = entry.position.xy();
+                    if entry.reach < *least && extent.square_distance(xy, xy) <= within {
+                        *least = entry.reach;
                     }
                 }
             }
-            Body::Halves { axis, at: split, halves } => {
-                let beyond = at.xy()[axis] - split[0];
-                let first = usize::from(beyond >= 0.0);
-                self.find_nearest(halves[first], at, slot, nearest);
-                // All of the other half is at least as far as the line between them.
-                if beyond * beyond < nearest.farthest() {
-                    self.find_nearest(halves[1 - first], at, slot, nearest);
-                }
+            Body::Halves { halves, .. } => {
+                halves.into_iter().for_each(|half| self.find_least(half, extent, within, least));
             }
         }
     }
@@ -125,11 +213,11 @@ impl Tree {
             return;
         }
         match node.body {
-            Body::Leaf { chunk } => {
+            Body::Leaf { .. } => {
                 let is_witness = |entry: &&Entry| {
                     entry.reach <= search.closest && square_distance(search.at, entry.position) <= search.within
                 };
-                let found = self.chunk(chunk).iter().filter(is_witness).count();
+                let found = self.leaf_entries(id).iter().filter(is_witness).count();
                 search.wanted = search.wanted.saturating_sub(found);
             }
             Body::Halves { axis, at: split, halves } => {
@@ -156,8 +244,8 @@ impl Tree {
             return;
         }
         match node.body {
-            Body::Leaf { chunk } => {
-                for entry in self.chunk(chunk) {
+            Body::Leaf { .. } => {
+                for entry in self.leaf_entries(id) {
                     let xy = entry.position.xy();
                     if entry.reach >= least && group.square_distance(xy, xy) <= factor * entry.reach {
                         visit(entry);

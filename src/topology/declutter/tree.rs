@@ -17,7 +17,7 @@ use crate::topology::cloud::{Position, Slot};
 pub(super) const LEAF: usize = 16;
 
 /// The place of a node.
-pub(super) type NodeId = u32;
+pub type NodeId = u32;
 
 /// The node of all points.
 pub(super) const ROOT: NodeId = 0;
@@ -33,7 +33,7 @@ pub struct Entry {
     pub slot: Slot,
     /// Whether it is near points that are much closer together.
     pub is_contrasted: bool,
-    /// The squared distance of its K-th nearest neighbour; infinite without so many.
+    /// The squared distance of its K-th nearest neighbour; infinite without so many, no number until it is found.
     pub reach: f64,
 }
 
@@ -130,10 +130,30 @@ impl Tree {
         self.chunks.iter().flatten()
     }
 
-    /// All points, to change their reach or contrast.
-    pub fn entries_mut(&mut self) -> impl Iterator<Item = &mut Entry> {
-        self.nodes.iter_mut().for_each(|node| node.is_stale = true);
-        self.chunks.iter_mut().flatten()
+    /// All leaves.
+    pub fn leaves(&self) -> Vec<NodeId> {
+        let mut leaves = Vec::with_capacity(self.chunks.len());
+        let mut todo = vec![ROOT];
+        while let Some(id) = todo.pop() {
+            match self.nodes[id as usize].body {
+                Body::Leaf { .. } => leaves.push(id),
+                Body::Halves { halves: [before, after], .. } => todo.extend([after, before]),
+            }
+        }
+        leaves
+    }
+
+    /// The points of a leaf.
+    pub fn leaf_entries(&self, leaf: NodeId) -> &[Entry] {
+        let Body::Leaf { chunk } = self.nodes[leaf as usize].body else { unreachable!("it is a leaf") };
+        &self.chunks[chunk as usize]
+    }
+
+    /// The points of a leaf, to change their reach or contrast.
+    pub fn leaf_entries_mut(&mut self, leaf: NodeId) -> &mut [Entry] {
+        self.spoil(leaf);
+        let Body::Leaf { chunk } = self.nodes[leaf as usize].body else { unreachable!("it is a leaf") };
+        &mut self.chunks[chunk as usize]
     }
 
     /// About how many bytes it takes.
@@ -141,11 +161,6 @@ impl Tree {
         self.nodes.capacity() * size_of::<Node>()
             + self.chunks.len() * (size_of::<Vec<Entry>>() + LEAF * size_of::<Entry>())
             + self.leaves.capacity() * size_of::<NodeId>()
-    }
-
-    /// The entries of a leaf.
-    pub(super) fn chunk(&self, chunk: u32) -> &[Entry] {
-        &self.chunks[chunk as usize]
     }
 
     /// The leaf in which a position is, or would be.
@@ -164,19 +179,14 @@ impl Tree {
 
     /// The point in a slot in use.
     pub fn entry(&self, slot: Slot) -> &Entry {
-        let Body::Leaf { chunk } = self.nodes[self.leaf(slot) as usize].body else {
-            unreachable!("points are in leaves")
-        };
-        let entry = self.chunk(chunk).iter().find(|entry| entry.slot == slot);
+        let entry = self.leaf_entries(self.leaf(slot)).iter().find(|entry| entry.slot == slot);
         entry.expect("a slot in use is in its leaf")
     }
 
     /// The point in a slot in use, to change its reach or contrast.
     pub fn entry_mut(&mut self, slot: Slot) -> &mut Entry {
         let leaf = self.leaf(slot);
-        self.spoil(leaf);
-        let Body::Leaf { chunk } = self.nodes[leaf as usize].body else { unreachable!("points are in leaves") };
-        let entry = self.chunks[chunk as usize].iter_mut().find(|entry| entry.slot == slot);
+        let entry = self.leaf_entries_mut(leaf).iter_mut().find(|entry| entry.slot == slot);
         entry.expect("a slot in use is in its leaf")
     }
 
@@ -323,7 +333,7 @@ impl Tree {
             return node.bounds;
         }
         let bounds = match node.body {
-            Body::Leaf { chunk } => self.chunk(chunk).iter().fold(NOTHING, |bounds, entry| {
+            Body::Leaf { chunk } => self.chunks[chunk as usize].iter().fold(NOTHING, |bounds, entry| {
                 let passes = entry.reach <= limit && (with_contrasted || !entry.is_contrasted);
                 let (xy, reach) = (entry.position.xy(), entry.reach);
                 let passing = if passes { reach } else { 0.0 };
@@ -356,11 +366,11 @@ impl Tree {
             assert!(f64::from(depth) <= 4.0 + 2.5 * f64::from(self.nodes[ROOT as usize].count.max(1)).log2());
             match node.body {
                 Body::Leaf { chunk } => {
-                    assert_eq!(node.count as usize, self.chunk(chunk).len());
+                    assert_eq!(node.count as usize, self.chunks[chunk as usize].len());
                     assert!(node.count as usize <= LEAF);
-                    points += self.chunk(chunk).len();
-                    self.chunk(chunk).iter().for_each(|entry| assert_eq!(self.leaf_of(entry.position), id));
-                    self.chunk(chunk).iter().for_each(|entry| assert_eq!(self.leaf(entry.slot), id));
+                    points += self.chunks[chunk as usize].len();
+                    self.chunks[chunk as usize].iter().for_each(|entry| assert_eq!(self.leaf_of(entry.position), id));
+                    self.chunks[chunk as usize].iter().for_each(|entry| assert_eq!(self.leaf(entry.slot), id));
                 }
                 Body::Halves { halves, .. } => {
                     assert_eq!(node.count, halves.map(|half| self.nodes[half as usize].count).iter().sum::<u32>());
