@@ -36,6 +36,8 @@
 //!         (window)   (spade)          (scales, flow)           (elder rule)   (HoPeS)   (DS, VS)
 //! ```
 //!
+//! 0. **Outliers,** if they are to be left out ([`Options::declutter`]): those of the window are told apart, and set
+//!    aside in the cloud. All below sees the other points only.
 //! 1. **Delaunay.** A small change is inserted and removed point by point, along a space-filling curve. A large one is
 //!    loaded in bulk; or in random rounds if the cloud lies along few lines or in few clumps, where the bulk load of
 //!    `spade` is slow. A cloud on one line is stored as a sorted path.

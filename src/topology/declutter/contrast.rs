@@ -6,7 +6,7 @@
 //! Must not know: R.
 
 use super::search::{Extent, square_distance};
-use super::tree::{Entry, Tree};
+use super::tree::{Entry, NodeId, Tree};
 use crate::topology::cloud::{Position, Slot};
 
 /// The square of how many of its own distances from a point the close ones are at most: 1.5.
@@ -18,6 +18,8 @@ const CLOSER: f64 = 16.0;
 /// The distance of a K-th neighbour that was or is somewhere.
 #[derive(Clone, Copy, Debug)]
 pub struct Event {
+    /// The leaf of the position.
+    pub leaf: NodeId,
     /// Where.
     pub position: Position,
     /// The smaller distance, squared, if it has changed.
@@ -41,14 +43,13 @@ pub fn judge_group(tree: &Tree, group: &[Entry], wanted: usize, mut tell: impl F
 }
 
 /// Calls `visit` on the points, some perhaps more than once, whose contrast events may change.
-pub fn near_events(tree: &Tree, events: Vec<Event>, mut visit: impl FnMut(Slot)) {
-    let mut events: Vec<(u32, Event)> = events.into_iter().map(|event| (tree.leaf_of(event.position), event)).collect();
-    events.sort_unstable_by_key(|&(leaf, _)| leaf);
-    for group in events.chunk_by(|a, b| a.0 == b.0) {
-        let extent = Extent::of(group.iter().map(|(_, event)| event.position));
-        let least = group.iter().fold(f64::INFINITY, |least, (_, event)| least.min(event.reach)) * CLOSER;
+pub fn near_events(tree: &Tree, mut events: Vec<Event>, mut visit: impl FnMut(Slot)) {
+    events.sort_unstable_by_key(|event| event.leaf);
+    for group in events.chunk_by(|a, b| a.leaf == b.leaf) {
+        let extent = Extent::of(group.iter().map(|event| event.position));
+        let least = group.iter().fold(f64::INFINITY, |least, event| least.min(event.reach)) * CLOSER;
         tree.around(extent, NEAR, least, &mut |entry| {
-            let matters = |(_, event): &(u32, Event)| {
+            let matters = |event: &Event| {
                 event.reach <= entry.reach / CLOSER
                     && square_distance(entry.position, event.position) <= NEAR * entry.reach
             };

@@ -12,7 +12,7 @@ use super::occupancy::Occupancy;
 use super::report::Decluttered;
 use super::rule::Declutter;
 use super::search::{Extent, Workspace, square_distance};
-use super::tree::{Entry, NodeId, Tree};
+use super::tree::{Entry, NodeId, ROOT, Tree};
 use crate::topology::base::in_parts;
 use crate::topology::cloud::{Cloud, CloudChange, Position, Slot};
 
@@ -21,6 +21,9 @@ const ABOVE_MEDIAN: i32 = 4;
 
 /// Changes of more than this share of the points are computed anew.
 const LARGE_CHANGE: usize = 4;
+
+/// A cloud that has shrunk by this factor is computed anew: its tree is too deep by now.
+const SHRUNK: usize = 2;
 
 /// What changed among the points that pass, and among the others. A point that changes sides is in both.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,6 +55,8 @@ pub struct Filter {
     occupancy: Occupancy,
     rungs: Rungs,
     bar: Bar,
+    /// The number of points when all was last computed anew.
+    loaded: usize,
     /// By slot: whether it is in use and passes.
     passes: Vec<bool>,
     outliers: usize,
@@ -69,6 +74,7 @@ impl Filter {
             occupancy: Occupancy::default(),
             rungs: Rungs::default(),
             bar: OPEN,
+            loaded: 0,
             passes: Vec::new(),
             outliers: 0,
             is_listed: Vec::new(),
@@ -120,7 +126,8 @@ impl Filter {
         }
         // New points count as outliers until they are judged.
         self.outliers += change.appeared.len();
-        let judged = if changed * LARGE_CHANGE > self.tree.len() {
+        let is_large = changed * LARGE_CHANGE > self.tree.len();
+        let judged = if is_large || self.tree.len() * SHRUNK < self.loaded {
             self.load(cloud, change);
             None
         } else {
@@ -139,6 +146,7 @@ impl Filter {
         // The old tree makes way for the new one.
         self.tree = Tree::default();
         self.tree = Tree::new(entries);
+        self.loaded = self.tree.len();
         self.tree.refresh(f64::INFINITY, true);
         let neighbours = self.rule.neighbours() as usize;
         let reaches = of_all(&self.tree, |tree, leaves| {
@@ -170,12 +178,14 @@ impl Filter {
         for &slot in &change.vanished {
             let Entry { position, reach, .. } = self.tree.remove(slot);
             self.rungs.remove(reach);
-            events.push(Event { position, reach });
+            events.push(Event { leaf: ROOT, position, reach });
         }
         for &slot in &change.appeared {
             self.tree.insert(new_entry(cloud, slot));
             self.rungs.add(f64::NAN);
         }
+        // Leaves may have been split and merged until now.
+        events.iter_mut().for_each(|event| event.leaf = self.tree.leaf_of(event.position));
         self.refresh();
         let asked = [near, change.appeared.clone()].concat();
         let mut judged = self.set_reaches(&asked, &mut events);
@@ -205,7 +215,7 @@ impl Filter {
             for (entry, &reach) in group.iter().zip(tree.reaches(leaf, &group, neighbours, work)) {
                 if entry.reach != reach {
                     changed.push((entry.slot, reach));
-                    events.push(Event { position: entry.position, reach: reach.min(entry.reach) });
+                    events.push(Event { leaf, position: entry.position, reach: reach.min(entry.reach) });
                 }
             }
         }

