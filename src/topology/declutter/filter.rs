@@ -250,13 +250,14 @@ impl Filter {
         places.extend(change.appeared.iter().map(|&slot| (tree.leaf_of(cloud.position(slot)), slot)));
         places.sort_unstable();
         change.vanished.iter().for_each(|&slot| is_listed[slot as usize] = true);
-        let mut near = Vec::new();
+        let (mut near, mut positions) = (Vec::new(), Vec::new());
         for group in places.chunk_by(|a, b| a.0 == b.0) {
-            let positions = || group.iter().map(|&(_, slot)| cloud.position(slot));
-            tree.around(Extent::of(positions()), 1.0, f64::NEG_INFINITY, &mut |entry| {
+            positions.clear();
+            positions.extend(group.iter().map(|&(_, slot)| cloud.position(slot)));
+            tree.around(Extent::of(positions.iter().copied()), 1.0, f64::NEG_INFINITY, &mut |entry| {
                 // A neighbour that leaves may be the K-th itself.
-                let is_in_reach = |other| square_distance(entry.position, other) <= entry.reach;
-                if !is_listed[entry.slot as usize] && positions().any(is_in_reach) {
+                let is_in_reach = |&other: &Position| square_distance(entry.position, other) <= entry.reach;
+                if !is_listed[entry.slot as usize] && positions.iter().any(is_in_reach) {
                     is_listed[entry.slot as usize] = true;
                     near.push(entry.slot);
                 }
