@@ -102,7 +102,7 @@ const EXAMPLES: &str = "Examples:
   hopes compute points.csv -o two.png --panels skeleton:1:1,skeleton:3:2
   hopes compute scan.tsv --columns lon,lat --project -k 2 --simplify --format geojson
   hopes compute points.csv --declutter -o clean.svg        without outliers, which are drawn hollow
-  hopes compute points.csv --declutter=4:0.5 -f json       without points that have not 4 others within 0.5
+  hopes compute points.csv --declutter=4:0.5 -f json       with 4 others within 0.5, or left out
   produce | hopes compute - --alpha 0.5                    the reduced skeleton at the scale 0.5
   hopes compute cloud.csv --metric euclidean               points of R^d: the Vietoris-Rips skeleton
   hopes compute distances.csv --metric matrix              of distances

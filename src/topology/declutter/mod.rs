@@ -37,8 +37,8 @@
 //! # What it cannot do
 //!
 //! * Walls of very uneven density: at 10:1 and with 5% of clutter the thinnest parts are as thin as clutter.
-//! * Clumps of more than K outliers are as dense as walls. Where all clutter is in clumps and no point is alone, none is
-//!   found.
+//! * Clumps of more than K outliers are as dense as walls. Where all clutter is in clumps and no point is alone, none
+//!   is found.
 //! * Clutter close to a wall, within a few of its distances, stays; it moves births and deaths by no more than that.
 //! * A cloud whose density falls off smoothly, such as a normal distribution, loses some of its tail.
 
