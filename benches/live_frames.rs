@@ -9,17 +9,20 @@
 //! With `--alone` plain `spade`, whose memory is in the peak too, is left out. With `--check` it is left out too, and
 //! every frame is compared with recomputation from scratch, outside of the measured time; the first difference ends the
 //! run. With `--tracks M` the M most persistent cycles are tracked too, after the frame; that time is reported
-//! separately.
+//! separately. With `--declutter` outliers are filtered: that is a part of the frame, and the filter's own time is
+//! measured beside it, on a cloud of its own that has the same points; for the first frame too.
 //!
 //! `cargo run --release --example live_frames -- sweep --points 100000 --replace 1000 --frames 100 --threads 1`
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 use std::num::{NonZeroU32, NonZeroU64};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use hopes::topology::stages::along_curve;
-use hopes::topology::{Follower, Options, Pipeline, Position, TrackOptions, TrackRule, Tracker, ViewSpec, Window};
+use hopes::topology::stages::{OutlierFilter, along_curve};
+use hopes::topology::{
+    Cloud, Declutter, Follower, Options, Pipeline, Position, TrackOptions, TrackRule, Tracker, ViewSpec, Window,
+};
 use serde_json::json;
 use spade::handles::FixedVertexHandle;
 use spade::{DelaunayTriangulation, HasPosition, LastUsedVertexHintGenerator, Point2, Triangulation};
@@ -35,7 +38,9 @@ fn main() -> Result<(), Error> {
         "camera" => Window::Frames(NonZeroU64::MIN),
         _ => Window::Points(NonZeroU64::new(run.points as u64).ok_or("--points must not be 0")?),
     };
-    let mut pipeline = Pipeline::new(Options { window, resolution: None });
+    let declutter = run.declutter.then(Declutter::default);
+    let mut pipeline = Pipeline::new(Options { window, declutter, ..Options::default() });
+    let mut filter = declutter.map(|rule| (Cloud::new(window, None), OutlierFilter::new(rule)));
     if let Some(leaf) = run.leaf {
         pipeline = pipeline.with_leaf(leaf);
     }
@@ -59,9 +64,14 @@ fn main() -> Result<(), Error> {
             pipeline.check(&follower)?;
         }
         let spade = bare.as_mut().filter(|_| number > 0).map(|bare| bare.replace(&batch, &run.scene));
+        let filtering = filter.as_mut().map_or(Ok(0.0), |(cloud, filter)| filtering(cloud, filter, &batch))?;
+        if number == 0 {
+            frames.first = [ours, Duration::from_secs_f64(filtering)].map(|time| time.as_secs_f64() * 1e3);
+        }
         if number < 2 {
             continue;
         }
+        frames.filtering.push(filtering * 1e3);
         frames.ours.push(ours.as_secs_f64() * 1e3);
         frames.spade.push(spade.unwrap_or(f64::NAN) * 1e3);
         frames.tracking.push(tracking.as_secs_f64() * 1e3);
@@ -73,6 +83,14 @@ fn main() -> Result<(), Error> {
     let [ours, spade, tiles, changes, tracking, alive] =
         [&frames.ours, &frames.spade, &frames.tiles, &frames.changes, &frames.tracking, &frames.alive]
             .map(|list| median(list));
+    let filtering = median(&frames.filtering);
+    let [first, first_filtering] = frames.first;
+    let declutter = filter.map(|(_, filter)| {
+        json!({
+            "ms": round(filtering), "share": round(filtering / ours), "filtered": filter.report().filtered,
+            "first_ms": round(first_filtering), "first_frame_ms": round(first), "first_share": round(first_filtering / first),
+        })
+    });
     let tracks = run.tracks.map(|_| json!({ "alive": alive, "ms": round(tracking), "share": round(tracking / ours) }));
     println!(
         "{}",
@@ -80,9 +98,23 @@ fn main() -> Result<(), Error> {
             "scene": run.scene, "points": run.points, "replaced": run.replace, "frames": run.frames, "threads": run.threads,
             "spade_ms": round(spade), "frame_ms": round(ours), "ratio": round(ours / spade), "rest_ms": round(ours - spade),
             "tiles_reduced": tiles, "edges_told": changes, "checked": run.check, "peak_mib": peak_mib(), "tracks": tracks,
+            "declutter": declutter,
         })
     );
     Ok(())
+}
+
+/// The seconds in which a filter follows the points of a frame.
+fn filtering(cloud: &mut Cloud, filter: &mut OutlierFilter, batch: &[Point]) -> Result<f64, Error> {
+    for &[x, y] in batch {
+        cloud.insert(x, y, None)?;
+    }
+    cloud.commit();
+    let change = cloud.take_change();
+    let start = Instant::now();
+    filter.follow(cloud, &change);
+    filter.report();
+    Ok(start.elapsed().as_secs_f64())
 }
 
 /// The options of a run.
@@ -96,11 +128,12 @@ struct Run {
     check: bool,
     alone: bool,
     tracks: Option<NonZeroU32>,
+    declutter: bool,
 }
 
 impl Run {
     fn from_arguments(mut arguments: impl Iterator<Item = String>) -> Result<Self, Error> {
-        let usage = "usage: live_frames sweep|spread|rings|drift|camera [--points N] [--replace N] [--frames N] [--threads N] [--leaf N] [--check] [--alone] [--tracks M]";
+        let usage = "usage: live_frames sweep|spread|rings|drift|camera [--points N] [--replace N] [--frames N] [--threads N] [--leaf N] [--check] [--alone] [--tracks M] [--declutter]";
         let scene = arguments.next().ok_or(usage)?;
         let mut run = Self {
             scene,
@@ -112,6 +145,7 @@ impl Run {
             check: false,
             alone: false,
             tracks: None,
+            declutter: false,
         };
         let mut replace = None;
         while let Some(name) = arguments.next() {
@@ -123,6 +157,7 @@ impl Run {
                 "--threads" => run.threads = number()?,
                 "--leaf" => run.leaf = Some(number()?),
                 "--check" => (run.check, run.alone) = (true, true),
+                "--declutter" => run.declutter = true,
                 "--alone" => run.alone = true,
                 "--tracks" => run.tracks = Some(u32::try_from(number()?)?.try_into()?),
                 _ => return Err(usage.into()),
@@ -146,6 +181,9 @@ struct Frames {
     changes: Vec<f64>,
     tracking: Vec<f64>,
     alive: Vec<f64>,
+    filtering: Vec<f64>,
+    /// Milliseconds of the first frame, and of its filter.
+    first: [f64; 2],
 }
 
 fn median(list: &[f64]) -> f64 {

@@ -154,7 +154,7 @@ fn frame(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("from_scratch", n), |b| b.iter(|| from_scratch(&points)));
         group.bench_function(BenchmarkId::new("replace_1000", n), |b| {
             let window = Window::Points((n as u64).try_into().expect("not zero"));
-            let mut pipeline = Pipeline::new(Options { window, resolution: None });
+            let mut pipeline = Pipeline::new(Options { window, ..Options::default() });
             let mut follower = Follower::new(ViewSpec::default());
             pipeline.feed_points(&points, None);
             pipeline.commit(None);

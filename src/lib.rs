@@ -107,6 +107,7 @@
 //! | commit | Closes a frame: the changes since the commit before take effect together. |
 //! | frame | The numbered state of a stream as of a commit. |
 //! | window | The points that a stream keeps: all, the last N, of the last N frames, or of the last T of event time. |
+//! | outlier | A point of the window that is left out of the skeleton as clutter, if that is asked for. |
 //! | snapshot | A view of a frame as a whole. |
 //! | diff | What turns a view of one frame into that of a later one. |
 //! | checksum | A sum of hashes, by which a consumer verifies that its mirror of a view is right. |

@@ -1,6 +1,8 @@
 //! `hopes compute` as a process: files and pipes as input; answers, pictures, messages and exit codes as output.
 
 mod common;
+#[path = "compute/declutter.rs"]
+mod declutter;
 #[path = "compute/figures.rs"]
 mod figures;
 #[path = "compute/projected.rs"]

@@ -89,7 +89,7 @@ fn a_cloud_of_a_hundred_thousand_points_leaves_a_line_and_returns_to_it() {
 fn a_window_slides_along_a_line() {
     let size = 20_000;
     let window = Window::Points(NonZeroU64::new(size as u64).expect("not empty"));
-    let mut pipeline = Pipeline::new(Options { window, resolution: None });
+    let mut pipeline = Pipeline::new(Options { window, ..Options::default() });
     come(&mut pipeline, &line(0..size));
     frame(&mut pipeline);
     for step in 0..50 {
@@ -302,7 +302,7 @@ fn event_times_that_are_not_finite_are_refused() {
     let size = NonZeroU64::new(5).expect("not 0");
     for window in [Window::All, Window::Points(size), Window::Frames(size), Window::Time(2.0)] {
         for known in [None, Some(7.0)] {
-            let mut pipeline = Pipeline::new(Options { window, resolution: None });
+            let mut pipeline = Pipeline::new(Options { window, ..Options::default() });
             if let Some(time) = known {
                 assert_eq!(pipeline.feed_point(1.0, 2.0, Some(time)).map(drop), Ok(()));
             }
@@ -320,7 +320,7 @@ fn event_times_that_are_not_finite_are_refused() {
 
 #[test]
 fn a_time_window_refuses_points_without_time_and_late_points() {
-    let mut pipeline = Pipeline::new(Options { window: Window::Time(2.0), resolution: None });
+    let mut pipeline = Pipeline::new(Options { window: Window::Time(2.0), ..Options::default() });
     assert_eq!(pipeline.feed_point(0.0, 0.0, None), Err(Refusal::NoTime));
     assert_eq!(pipeline.feed_point(0.0, 0.0, Some(10.0)).map(drop), Ok(()));
     assert_eq!(pipeline.feed_point(1.0, 0.0, None).map(drop), Ok(()), "as of the newest time");

@@ -19,7 +19,7 @@ struct Live {
 impl Live {
     fn new(points: u64, leaf: usize) -> Self {
         let window = Window::Points(NonZeroU64::new(points).expect("not zero"));
-        let pipeline = Pipeline::new(Options { window, resolution: None }).with_leaf(leaf);
+        let pipeline = Pipeline::new(Options { window, ..Options::default() }).with_leaf(leaf);
         Self { pipeline, follower: Follower::new(ViewSpec::default()) }
     }
 

@@ -27,7 +27,7 @@ fn play(kind: Kind, options: Options, count: usize) -> Vec<Frame> {
 
 /// The dots of a cloud that are as persistent as a true hole.
 fn dots(points: &[[f64; 2]], above: f64) -> Vec<RankedDot> {
-    let mut pipeline = Pipeline::new(Stream { window: Window::All, resolution: None });
+    let mut pipeline = Pipeline::new(Stream { window: Window::All, ..Stream::default() });
     assert_eq!(pipeline.feed_points(points, None), []);
     pipeline.commit(None);
     let mut dots = pipeline.poll_dots(400).dots;

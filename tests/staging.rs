@@ -44,7 +44,7 @@ fn windows() -> impl Strategy<Value = Kept> {
 }
 
 fn pipeline(kept: Kept) -> Pipeline {
-    Pipeline::new(Options { window: kept.window(), resolution: None })
+    Pipeline::new(Options { window: kept.window(), ..Options::default() })
 }
 
 /// Feeds a pipeline directly. Returns why it is refused, if it is.

@@ -17,17 +17,18 @@ use std::sync::Arc;
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use hopes::topology::spaces::Landmarks;
-use hopes::topology::{Frame, Options, Simplified, View, simplify};
+use hopes::topology::{Decluttered, Exact, Frame, Options, Simplified, View, simplify};
 use indicatif::ProgressBar;
 
 use super::args::{
-    DetectionArgs, MetricArgs, ProjectArgs, SimplifiedViewArgs, SpaceOptions, Threshold, by_suffix, chosen, resolution,
+    DeclutterArgs, DetectionArgs, MetricArgs, ProjectArgs, SimplifiedViewArgs, SpaceOptions, Threshold, by_suffix,
+    chosen, resolution,
 };
 use super::{Failure, files, progress};
 use crate::daemon::InputErrors;
 use crate::formats::input::Format;
 use crate::formats::runs::RunSource;
-use crate::formats::skeleton::{Answer, OutputFormat};
+use crate::formats::skeleton::{Answer, Outliers, OutputFormat};
 use panels::{Cut, PanelWord, panel};
 use source::Source;
 
@@ -84,6 +85,8 @@ pub struct Compute {
     #[arg(long)]
     strict: bool,
     #[command(flatten)]
+    declutter: DeclutterArgs,
+    #[command(flatten)]
     view: SimplifiedViewArgs,
     #[command(flatten)]
     metric: MetricArgs,
@@ -98,6 +101,8 @@ const EXAMPLES: &str = "Examples:
   hopes compute photo.jpg -o fig.svg --panels image,cloud,diagram,skeleton,simplified -k 7 -l 4
   hopes compute points.csv -o two.png --panels skeleton:1:1,skeleton:3:2
   hopes compute scan.tsv --columns lon,lat --project -k 2 --simplify --format geojson
+  hopes compute points.csv --declutter -o clean.svg        without outliers, which are drawn hollow
+  hopes compute points.csv --declutter=4:0.5 -f json       with 4 others within 0.5, or left out
   produce | hopes compute - --alpha 0.5                    the reduced skeleton at the scale 0.5
   hopes compute cloud.csv --metric euclidean               points of R^d: the Vietoris-Rips skeleton
   hopes compute distances.csv --metric matrix              of distances
@@ -105,9 +110,12 @@ const EXAMPLES: &str = "Examples:
   hopes compute vectors.npy --metric angular --landmarks 99   a sample that covers a cloud";
 
 const KEYS: &str = "Keys of the JSON output:
-  points      how many distinct positions
+  points      how many distinct positions, without outliers
   duplicates  points beyond the first on their position
   rejected    lines and points that could not be used
+  filtered    with --declutter: how many distinct positions were left out as outliers
+  declutter   with --declutter: k, radius, rho, expected (lone clutter points that stay),
+              certified, outliers [x,y]; without clutter the radius is null
   origin      with --project: longitude and latitude of [0,0]
   vertices    [x,y] in order of first appearance; all indices refer to them
   dots        the persistence diagram, most persistent first:
@@ -136,6 +144,8 @@ Without two coordinates: kind,i,j,length,birth,death,persistence and birth,death
 struct Computed {
     frame: Arc<Frame>,
     duplicates: u64,
+    /// Positions that were left out as outliers.
+    outliers: Vec<[f64; 2]>,
     /// What it is of, in the plane.
     source: Option<Source>,
     landmarks: Option<Landmarks>,
@@ -206,6 +216,10 @@ impl Compute {
         }
         let name = self.file.file_stem().and_then(|stem| stem.to_str()).filter(|_| !files::is_pipe(&self.file));
         let frame = &computed.frame;
+        let outliers = frame.decluttered.map(|report| Outliers { report, positions: &computed.outliers });
+        if let Some(report) = &frame.decluttered {
+            tracing::info!("{}", summary(report, frame.skeleton.vertices().len()));
+        }
         let shape = computed.shape.as_ref().filter(|_| format.is_picture());
         let layout = shape.map(|shape| shape.layout(frame.skeleton.vertices()));
         if self.panels.is_empty() {
@@ -218,6 +232,7 @@ impl Compute {
                 simplified: simplified.as_ref().map(|(threshold, simplified)| (*threshold, simplified)),
                 duplicates: computed.duplicates,
                 rejected,
+                outliers,
                 projection: if let Some(Source::Points(_, Some(projector))) = &computed.source {
                     projector.projection()
                 } else {
@@ -229,7 +244,7 @@ impl Compute {
             write(stdout, output, |mut sink| format.write(&answer, &mut sink))?;
         } else {
             let photo = if let Some(Source::Picture(photo, _)) = &computed.source { Some(photo) } else { None };
-            let drawing = panels::draw(frame, layout.as_ref(), &self.panels, cut, photo, name);
+            let drawing = panels::draw(frame, &computed.outliers, layout.as_ref(), &self.panels, cut, photo, name);
             write(stdout, output, |mut sink| format.write_drawing(&drawing, &mut sink))?;
         }
         progress.finish_and_clear();
@@ -242,10 +257,10 @@ impl Compute {
     fn of_plane(&self, cut: Cut, progress: &ProgressBar, input_errors: &mut InputErrors) -> Result<Computed, Failure> {
         let mut source = self.source()?;
         panels::check(&self.panels, cut, matches!(source, Source::Picture(..)), &self.file.display().to_string())?;
-        let options = Options { resolution: self.resolution, ..Options::default() };
-        let (frame, points) = source::frame(&mut source, options, progress, input_errors)?;
-        let duplicates = points - frame.skeleton.vertices().len() as u64;
-        Ok(Computed { frame, duplicates, source: Some(source), landmarks: None, shape: None })
+        let options = Options { resolution: self.resolution, declutter: self.declutter.rule(), ..Options::default() };
+        let (frame, outliers) = source::frame(&mut source, options, progress, input_errors)?;
+        let duplicates = frame.points - (frame.skeleton.vertices().len() + outliers.len()) as u64;
+        Ok(Computed { frame, duplicates, outliers, source: Some(source), landmarks: None, shape: None })
     }
 
     /// The skeleton of a metric space.
@@ -265,7 +280,8 @@ impl Compute {
         let source = space::SpaceSource { file: &self.file, format, columns: self.columns.as_deref() };
         let space::SpaceFrame { frame, duplicates, landmarks, shape } =
             space::frame(&source, options, progress, input_errors)?;
-        Ok(Computed { frame: Arc::new(frame), duplicates, source: None, landmarks, shape: Some(shape) })
+        let outliers = Vec::new();
+        Ok(Computed { frame: Arc::new(frame), duplicates, outliers, source: None, landmarks, shape: Some(shape) })
     }
 
     /// The space that is asked for; none for the plane. What makes sense in the plane only is refused with it.
@@ -280,6 +296,10 @@ impl Compute {
                 "--project makes a plane of degrees: with --metric, haversine takes them as they are",
             ),
             (self.resolution.is_some(), "--resolution is for the plane: leave it out with --metric"),
+            (
+                self.declutter.rule().is_some(),
+                "--declutter is for the plane, where a density can be told: leave it out with --metric",
+            ),
             (matches!(self.input, Input::Picture), "--input picture is for the plane: leave out --metric"),
             (format == OutputFormat::Geojson, "GeoJSON is for maps: write a skeleton with --metric as json or csv"),
         ];
@@ -354,6 +374,21 @@ fn write(
         written.and_then(|()| file.finish()).with_context(|| files::cannot_write(path))?;
     }
     Ok(())
+}
+
+/// What the filter of outliers has done, in words.
+fn summary(report: &Decluttered, kept: usize) -> String {
+    let &Decluttered { filtered, neighbours, radius, rho, expected, is_certified } = report;
+    if filtered == 0 {
+        return format!("--declutter: no outlier among {kept} points (K = {neighbours})");
+    }
+    let certified = if is_certified { ", certified" } else { "" };
+    format!(
+        "--declutter: {filtered} outliers left out, {kept} points stay: K = {neighbours}, R = {}, rho = {}, \
+        {expected:.2} lone clutter points expected to stay{certified}",
+        Exact(radius),
+        Exact(rho)
+    )
 }
 
 fn simplified(frame: &Frame, view: &View, threshold: Threshold) -> (f64, Simplified) {

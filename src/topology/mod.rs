@@ -21,6 +21,7 @@
 //! | --- | --- |
 //! | `base` | sorting by numeric keys, lists shared between threads (the only file with `rayon`), accurate sums |
 //! | `cloud` | which points are there: positions in the plane or in R^d, windows, duplicates, what changed |
+//! | `declutter` | which points are outliers, and are left out if that is asked for |
 //! | `metric` | tree and dots of any metric space: lengths, the Vietoris-Rips sweep |
 //! | `plane` | tree and dots of a cloud: geometry, Delaunay (with `spade`), filtration, reduction, holes, tiles |
 //! | `skeleton` | what a skeleton is: dots, tree, gaps, views, cycles, simplification, ranking |
@@ -35,6 +36,8 @@
 //!         (window)   (spade)          (scales, flow)           (elder rule)   (HoPeS)   (DS, VS)
 //! ```
 //!
+//! 0. **Outliers,** if they are to be left out ([`Options::declutter`]): those of the window are told apart, and set
+//!    aside in the cloud. All below sees the other points only.
 //! 1. **Delaunay.** A small change is inserted and removed point by point, along a space-filling curve. A large one is
 //!    loaded in bulk; or in random rounds if the cloud lies along few lines or in few clumps, where the bulk load of
 //!    `spade` is slow. A cloud on one line is stored as a sorted path.
@@ -100,6 +103,7 @@
 
 mod base;
 mod cloud;
+mod declutter;
 mod frames;
 mod metric;
 mod pipeline;
@@ -115,8 +119,11 @@ pub use cloud::{
     MAX_COORDINATE, MIN_COORDINATE, PointError, Position, Refusal, Restart, Site, Slot, Staging, Vertex, VertexId,
     Vertices, Window,
 };
+pub use declutter::{Declutter, DeclutterError, Decluttered, MAX_NEIGHBOURS};
 pub use frames::{ApplyError, Checksum, Diff, Follower, Frame, Presence, SimplifiedFollower, Snapshot, Step};
-pub use pipeline::{Contradiction, Options, Pipeline, SpaceOptions, SpacePipeline, Stage, Tracker, numbered};
+pub use pipeline::{
+    Contradiction, Options, OutlierStep, Pipeline, SpaceOptions, SpacePipeline, Stage, Tracker, numbered,
+};
 pub use plane::elements::DIAGONAL;
 pub use plane::holes::{BoundaryVertex, Region};
 pub use skeleton::{
@@ -140,6 +147,7 @@ pub mod spaces {
 
 /// The stages between the cloud and its skeleton, to run or to measure them one by one.
 pub mod stages {
+    pub use super::declutter::{Filter as OutlierFilter, Sides};
     pub use super::plane::along_curve;
     pub use super::plane::basins::{Basins, OUTER_BASIN};
     pub use super::plane::delaunay::{Delaunay, Update};

@@ -45,7 +45,7 @@ pub struct Script {
 
 impl Script {
     pub fn options(&self) -> Options {
-        Options { window: self.kept.window(), resolution: self.resolution }
+        Options { window: self.kept.window(), resolution: self.resolution, ..Options::default() }
     }
 }
 

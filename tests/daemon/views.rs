@@ -36,7 +36,7 @@ struct Reference {
 impl Reference {
     fn new(window: u64) -> Self {
         let window = topology::Window::Points(NonZeroU64::new(window).unwrap());
-        Self { pipeline: Pipeline::new(Options { window, resolution: None }), frame: None }
+        Self { pipeline: Pipeline::new(Options { window, ..Options::default() }), frame: None }
     }
 
     fn commit(&mut self, points: &[Point]) {

@@ -27,7 +27,7 @@ struct Tally {
 
 impl Stream {
     fn new(sources: usize) -> Self {
-        let options = Options { window: Window::Time(LENGTH), resolution: None };
+        let options = Options { window: Window::Time(LENGTH), ..Options::default() };
         Self { pipeline: Pipeline::new(options), sources: vec![Staging::default(); sources], next: 0.0 }
     }
 

@@ -5,6 +5,7 @@
 //! Invariants: a value that cannot be used is refused here, with what it may be; every scale is a radius.
 //! Must not know: input and output.
 
+mod declutter;
 mod detection;
 mod embedding;
 mod forms;
@@ -19,6 +20,7 @@ mod tracks;
 mod values;
 mod view;
 
+pub use declutter::DeclutterArgs;
 pub use detection::DetectionArgs;
 pub use metric::{MetricArgs, SpaceKind, SpaceOptions, coordinates};
 pub use peers::{Connect, FollowArgs, To, name};

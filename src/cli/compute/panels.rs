@@ -93,6 +93,7 @@ pub fn check(words: &[PanelWord], cut: Cut, has_picture: bool, name: &str) -> Re
 /// Draws them.
 pub fn draw(
     frame: &Frame,
+    outliers: &[[f64; 2]],
     layout: Option<&Layout<2>>,
     words: &[PanelWord],
     cut: Cut,
@@ -123,7 +124,7 @@ pub fn draw(
             }
         });
     let photo = photo.map(|photo| Backdrop { png: photo.small_png(), size: photo.size() });
-    figure(&Figure { name, skeleton: &frame.skeleton, layout, photo, panels: panels.collect() })
+    figure(&Figure { name, skeleton: &frame.skeleton, outliers, layout, photo, panels: panels.collect() })
 }
 
 #[cfg(test)]

@@ -55,13 +55,13 @@ pub fn picture(file: &Path) -> Result<Photo, Failure> {
     Ok(Photo::read(files::open(file)?).with_context(|| file.display().to_string())?)
 }
 
-/// Takes all points, and computes their frame. How many points there were stands beside it.
+/// Takes all points, and computes their frame. Beside it are the positions that were left out as outliers.
 pub fn frame(
     source: &mut Source,
     options: Options,
     progress: &ProgressBar,
     input_errors: &mut InputErrors,
-) -> Result<(Arc<Frame>, u64), Failure> {
+) -> Result<(Arc<Frame>, Vec<[f64; 2]>), Failure> {
     let mut pipeline = Pipeline::new(options);
     match source {
         Source::Points(source, projector) => {
@@ -77,12 +77,13 @@ pub fn frame(
     }
     progress.set_message("computing the skeleton");
     progress.enable_steady_tick(progress::TICK);
-    let points = pipeline.point_count();
     pipeline.commit(None);
     let frame = pipeline.poll_frame().context("the frame was taken before it was polled")?;
+    let outliers = pipeline.poll_outliers(0).added;
+    let outliers = (0..outliers.len() as u32).map(|outlier| outliers.xy(outlier)).collect();
     // Giving back every page of a large cloud would only take time: the process ends soon.
     std::mem::forget(pipeline);
-    Ok((frame, points))
+    Ok((frame, outliers))
 }
 
 /// Reads all points into a pipeline. If they cannot be taken, the reading thread ends at its next

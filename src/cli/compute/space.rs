@@ -104,7 +104,7 @@ pub fn frame(
     let twins = names.len() - skeleton.vertices().len();
     let shape = SpaceShape::new(space, &names, skeleton.vertices());
     Ok(SpaceFrame {
-        frame: Frame { number: 1, time: None, points: points as u64, skeleton },
+        frame: Frame { number: 1, time: None, points: points as u64, decluttered: None, skeleton },
         duplicates: (points - distinct + twins) as u64,
         landmarks: sample,
         shape,

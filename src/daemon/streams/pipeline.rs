@@ -84,7 +84,7 @@ impl AnyPipeline {
     pub fn new(options: PipelineOptions) -> Result<Self, SpaceError> {
         let PipelineOptions { window, resolution, space } = options;
         Ok(match space {
-            None => Self::Plane(Box::new(Pipeline::new(Options { window, resolution }))),
+            None => Self::Plane(Box::new(Pipeline::new(Options { window, resolution, ..Options::default() }))),
             Some(rule) => Self::Space(Box::new(SpacePipeline::new(rule.options(window, resolution))?)),
         })
     }

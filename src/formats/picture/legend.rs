@@ -67,6 +67,7 @@ pub(super) fn draw_samples(page: &mut Page, plane: Rect, scene: &Scene<'_>, scal
 
 enum Shape {
     Dot,
+    Ring,
     Line,
     Disc,
 }
@@ -82,6 +83,7 @@ impl Sample {
         let [left, middle, y] = [x + 3.0, x + 10.0, y].map(|v| v.round());
         match self.shape {
             Shape::Dot => page.path(&format!("M{middle} {y}h0"), &self.style),
+            Shape::Ring => page.circle([middle, y], 1.9, &self.style, None),
             Shape::Line => page.path(&format!("M{left} {y}h14"), &self.style),
             Shape::Disc => page.circle([middle, y], 7.0, &self.style, None),
         }
@@ -95,6 +97,9 @@ fn samples(scene: &Scene<'_>) -> Vec<Sample> {
         sample("point", Shape::Dot, format!("{} stroke-width=\"3.6\"", line_style(POINT))),
         sample("tree edge", Shape::Line, format!("{} stroke-width=\"1.1\"", line_style(EDGE))),
     ];
+    if !scene.of.outliers.is_empty() {
+        samples.push(sample("outlier", Shape::Ring, format!("{} stroke-width=\".9\"", line_style(POINT))));
+    }
     if !scene.view.critical.is_empty() {
         let style = format!("{CRITICAL_STYLE} stroke=\"{dark}\" stroke-width=\"4\"");
         samples.push(sample("critical edge", Shape::Line, style));

@@ -32,6 +32,9 @@ const CYCLE_GROUND: f64 = 1.1;
 /// At most so many vertices of a simplified skeleton are marked.
 const NODES: usize = 2000;
 
+/// The colours and widths of an outlier's dots.
+pub(super) const OUTLIER: [(&str, f64); 2] = [(POINT, 4.6), (GROUND, 2.8)];
+
 pub(super) const CRITICAL_STYLE: &str = "fill=\"none\" stroke-linecap=\"round\"";
 pub(super) const SIMPLE_STYLE: &str =
     "fill=\"none\" stroke=\"#1b2432\" stroke-linecap=\"round\" stroke-linejoin=\"round\"";
@@ -52,7 +55,8 @@ pub(super) fn draw(page: &mut Page, panel: Rect, scene: &Scene<'_>) -> f64 {
 }
 
 fn extent(scene: &Scene<'_>) -> Extent {
-    let around_points = scene.of.places().fold(Extent::EMPTY, Extent::with);
+    let outliers = scene.of.outliers.iter().copied();
+    let around_points = scene.of.places().chain(outliers).fold(Extent::EMPTY, Extent::with);
     scene.holes.iter().fold(around_points, |extent, (_, hole)| extent.with_circle(hole.center, hole.radius))
 }
 
@@ -99,11 +103,28 @@ impl Plane<'_> {
     }
 
     pub(super) fn draw_points(&self, page: &mut Page) {
+        self.draw_outliers(page);
         let places = self.scene.of.places().map(|point| self.camera.place(point));
         let count = places.len();
         let data = Grid::new(count, self.area).dots(places);
         let width = 3.6 * weight(count, self.area);
         page.path(&data, format_args!("class=\"points\" {} stroke-width=\"{width:.2}\"", line_style(POINT)));
+    }
+
+    /// Small hollow circles: dots with lighter ones on top.
+    fn draw_outliers(&self, page: &mut Page) {
+        let outliers = self.scene.of.outliers;
+        if outliers.is_empty() {
+            return;
+        }
+        let places = outliers.iter().map(|&outlier| self.camera.place(outlier));
+        let data = Grid::new(outliers.len(), self.area).dots(places);
+        let weight = weight(outliers.len() + self.scene.of.places().len(), self.area);
+        page.group(format_args!("class=\"outliers\""), |page| {
+            for (color, width) in OUTLIER {
+                page.path(&data, format_args!("{} stroke-width=\"{:.2}\"", line_style(color), width * weight));
+            }
+        });
     }
 
     /// Each on a pale ground of its own, so that one sees which is above where two of them cross. The more persistent

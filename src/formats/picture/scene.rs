@@ -22,6 +22,8 @@ pub struct Subject<'a> {
     pub skeleton: &'a Skeleton,
     /// The places of its vertices; none in the plane, where they are their positions.
     pub layout: Option<&'a Layout<2>>,
+    /// Where points are that were left out as outliers. They are drawn, but are no vertices.
+    pub outliers: &'a [[f64; 2]],
 }
 
 impl Subject<'_> {
@@ -43,7 +45,7 @@ impl Subject<'_> {
 
 impl<'a> From<&'a Skeleton> for Subject<'a> {
     fn from(skeleton: &'a Skeleton) -> Self {
-        Self { skeleton, layout: None }
+        Self { skeleton, layout: None, outliers: &[] }
     }
 }
 

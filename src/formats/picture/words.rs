@@ -39,6 +39,7 @@ pub fn shortened(name: &str) -> String {
 /// Numbers about the picture.
 pub(super) fn facts(scene: &Scene<'_>) -> String {
     let mut facts = vec![points(scene.of)];
+    facts.extend(outliers(scene.of));
     facts.extend(filtration(scene.of));
     facts.extend(parameters(scene));
     facts.push(count(scene.view.components, "component"));
@@ -55,6 +56,12 @@ pub(super) fn points(of: Subject<'_>) -> String {
         (None, _) | (_, 0) => points,
         (Some(_), dimension) => format!("{points} of R{}", superscript(dimension)),
     }
+}
+
+/// How many points were left out, if any.
+pub(super) fn outliers(of: Subject<'_>) -> Option<String> {
+    let outliers = of.outliers.len();
+    (outliers > 0).then(|| format!("{} left out", count(outliers, "outlier")))
 }
 
 /// The filtration and the metric, if the space is not the plane.

@@ -13,10 +13,10 @@ use std::num::NonZero;
 use std::ops::Range;
 use std::thread;
 
-use hopes::topology::{Dot, Edge, Filtration, Killer, Margins, Positions, Simplified, ViewSpec};
+use hopes::topology::{Decluttered, Dot, Edge, Filtration, Killer, Margins, Positions, Simplified, ViewSpec};
 use serde::Serialize;
 
-use super::Answer;
+use super::{Answer, Outliers};
 
 /// Elements that are made into text at a time.
 const PIECE: usize = 4096;
@@ -26,6 +26,9 @@ pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
     let skeleton = answer.skeleton;
     let points = skeleton.vertices().len();
     write!(out, "{{\"points\":{points},\"duplicates\":{},\"rejected\":{},", answer.duplicates, answer.rejected)?;
+    if let Some(outliers) = answer.outliers {
+        write_outliers(outliers, out)?;
+    }
     if skeleton.filtration() == Filtration::Rips {
         write!(out, "\"filtration\":\"rips\",\"dimension\":{},", skeleton.vertices().dimension())?;
     }
@@ -53,6 +56,15 @@ pub fn write(answer: &Answer, out: &mut impl Write) -> io::Result<()> {
         out.write_all(b"}")?;
     }
     out.write_all(b"}\n")
+}
+
+fn write_outliers(Outliers { report, positions }: Outliers<'_>, out: &mut impl Write) -> io::Result<()> {
+    let Decluttered { filtered, neighbours, radius, rho, expected, is_certified } = report;
+    let [radius, rho, expected] = [radius, rho, expected].map(number);
+    write!(out, "\"filtered\":{filtered},\"declutter\":{{\"k\":{neighbours},\"radius\":{radius},\"rho\":{rho},")?;
+    write!(out, "\"expected\":{expected},\"certified\":{is_certified},\"outliers\":")?;
+    write_list(out, positions.len(), |place| positions[place])?;
+    out.write_all(b"},")
 }
 
 fn write_vertices(answer: &Answer, out: &mut impl Write) -> io::Result<()> {

@@ -15,7 +15,7 @@ use std::fmt;
 use std::io::{self, Write};
 
 use hopes::topology::spaces::Landmarks;
-use hopes::topology::{Edge, Exact, Simplified, Skeleton, View};
+use hopes::topology::{Decluttered, Edge, Exact, Simplified, Skeleton, View};
 
 use super::layout::Layout;
 use super::picture;
@@ -36,12 +36,23 @@ pub struct Answer<'a> {
     pub duplicates: u64,
     /// Lines and points that could not be used.
     pub rejected: u64,
+    /// What was left out as outliers, if that was asked for.
+    pub outliers: Option<Outliers<'a>>,
     /// How metres were made of degrees, if that was so.
     pub projection: Option<&'a Projection>,
     /// The sample that it is the skeleton of, if it is not of all points.
     pub landmarks: Option<&'a Landmarks>,
     /// Where a picture has the vertices, if they are not in the plane.
     pub layout: Option<&'a Layout<2>>,
+}
+
+/// What was left out of a skeleton as outliers.
+#[derive(Clone, Copy)]
+pub struct Outliers<'a> {
+    /// How they were told apart.
+    pub report: Decluttered,
+    /// Where they are.
+    pub positions: &'a [[f64; 2]],
 }
 
 impl Answer<'_> {
@@ -128,7 +139,11 @@ fn drawing(answer: &Answer) -> String {
     let simplified = answer.simplified.zip(places.as_deref()).map(|((_, s), places)| (places, s.edges.as_slice()));
     let options = picture::Options { name: answer.name.map(str::to_owned), ..picture::Options::default() };
     picture::svg(
-        picture::Subject { skeleton: answer.skeleton, layout: answer.layout },
+        picture::Subject {
+            skeleton: answer.skeleton,
+            layout: answer.layout,
+            outliers: answer.outliers.map_or(&[], |outliers| outliers.positions),
+        },
         answer.view,
         simplified,
         &options,
@@ -172,6 +187,7 @@ mod tests {
             simplified,
             duplicates: 1,
             rejected: 2,
+            outliers: None,
             projection: None,
             landmarks: None,
             layout: None,

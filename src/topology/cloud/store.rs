@@ -6,6 +6,7 @@
 //! Invariants: equal sites share one vertex, which lives until its last point leaves. Vertices appear and vanish at
 //! commits only: a position that is left and taken again between two commits keeps its vertex. Ids rise in order of
 //! first appearance and are never reused. A slot is reused only after the change that follows the one which emptied it.
+//! A vertex that is set aside stays so until it is put back or vanishes.
 //! Must not know: triangulations, the contents of frames.
 
 use std::collections::BTreeMap;
@@ -30,6 +31,8 @@ pub(super) struct Place<S> {
     /// Points that are retracted but whose arrivals are still in the window's queue.
     pub(super) retracted: u32,
     state: PlaceState,
+    /// Whether its vertex is set aside.
+    is_aside: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,8 +73,9 @@ pub struct Cloud<S = Position> {
     pub(super) occupied: usize,
     /// The most vertices with points that there may be.
     pub(super) most: usize,
-    /// Vertices as of the last commit.
+    /// Vertices as of the last commit, and how many of them are set aside.
     committed: usize,
+    aside: usize,
     pub(super) points: u64,
     next_id: u64,
     pub(super) newest_time: Option<f64>,
@@ -103,6 +107,7 @@ impl<S: Site> Cloud<S> {
             occupied: 0,
             most: usize::MAX,
             committed: 0,
+            aside: 0,
             points: 0,
             next_id: 0,
             newest_time: None,
@@ -223,6 +228,7 @@ impl<S: Site> Cloud<S> {
     }
 
     fn vacate(&mut self, slot: Slot) {
+        self.set_aside(slot, false);
         let place = &mut self.places[slot as usize];
         place.state = PlaceState::Free;
         if let Ok(entry) = self.by_position.find_entry(place.vertex.position.digest(), |&other| other == slot) {
@@ -231,8 +237,20 @@ impl<S: Site> Cloud<S> {
         self.used -= 1;
     }
 
-    /// The vertices as of the last commit, by id.
+    /// Sets the vertex in a slot aside, or puts it back. One that is set aside is there in all respects, but is no
+    /// vertex for what is computed from the cloud.
+    pub(crate) fn set_aside(&mut self, slot: Slot, is_aside: bool) {
+        let was = std::mem::replace(&mut self.places[slot as usize].is_aside, is_aside);
+        self.aside = self.aside + usize::from(is_aside) - usize::from(was);
+    }
+
+    /// The vertices as of the last commit, by id, without those that are set aside.
     pub fn vertices(&self) -> impl Iterator<Item = (Slot, Vertex<S>)> + '_ {
+        self.all_vertices().filter(|&(slot, _)| !self.places[slot as usize].is_aside)
+    }
+
+    /// The vertices as of the last commit, by id.
+    pub(crate) fn all_vertices(&self) -> impl Iterator<Item = (Slot, Vertex<S>)> + '_ {
         let listed = self.order.as_deref();
         (0..listed.map_or(self.places.len(), <[_]>::len)).filter_map(move |place| {
             let (id, slot) = listed.map_or_else(|| (self.places[place].vertex.id, place as Slot), |order| order[place]);
@@ -268,9 +286,9 @@ impl<S: Site> Cloud<S> {
         self.used
     }
 
-    /// The number of vertices as of the last commit.
+    /// The number of vertices as of the last commit, without those that are set aside.
     pub fn vertex_count(&self) -> usize {
-        self.committed
+        self.committed - self.aside
     }
 
     /// The number of points, including duplicates and those that are not committed yet.
@@ -332,7 +350,7 @@ impl<S: Site> Cloud<S> {
         }
         let id = VertexId(self.next_id);
         let vertex = Vertex { id, position };
-        let mut place = Place { vertex, points: 0, awaited: 0, retracted: 0, state: PlaceState::New };
+        let mut place = Place { vertex, points: 0, awaited: 0, retracted: 0, state: PlaceState::New, is_aside: false };
         count(&mut place);
         self.occupied += usize::from(place.points > 0);
         let slot = match self.free.pop() {
@@ -455,7 +473,9 @@ impl<S: Site> Cloud<S> {
         let used = || self.places.iter().filter(|place| place.state != PlaceState::Free);
         assert_eq!(used().count(), self.used);
         assert_eq!(self.by_position.len(), self.used);
-        assert_eq!(self.vertices().count(), self.committed);
+        assert_eq!(self.all_vertices().count(), self.committed);
+        assert_eq!(self.vertices().count(), self.vertex_count());
+        assert_eq!(self.places.iter().filter(|place| place.is_aside).count(), self.aside);
         assert_eq!(used().filter(|place| place.points > 0).count(), self.occupied);
         assert_eq!(used().map(|place| place.points).sum::<u64>(), self.points);
         let order = self.order.clone().unwrap_or_else(|| in_slot_order(&self.places));

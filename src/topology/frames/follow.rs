@@ -98,6 +98,7 @@ impl Follower {
             from,
             time: None,
             points: 0,
+            decluttered: None,
             vertices,
             spec: self.spec,
             selection,
@@ -260,7 +261,7 @@ mod tests {
             let mut held = Snapshot::default();
             for (number, ids) in (1..).zip([&[1, 2, 4, 7, 8][..], &[2, 4, 5, 8, 11, 12], &[2, 4, 5]]) {
                 let skeleton = ring(ids, dimension, 9.0);
-                let frame = Frame { number, time: None, points: 0, skeleton };
+                let frame = Frame { number, time: None, points: 0, decluttered: None, skeleton };
                 let step = follower.advance(&frame);
                 let simplified = simplify(&frame.skeleton, &frame.view(ViewSpec::Full), 1.2);
                 let wanted = Snapshot::of_simplified(&frame.skeleton, &simplified);

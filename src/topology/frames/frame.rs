@@ -4,6 +4,7 @@
 //! Out: the type that a pipeline gives.
 //! Must not know: how skeletons are found.
 
+use crate::topology::declutter::Decluttered;
 use crate::topology::skeleton::{Skeleton, View, ViewSpec};
 
 /// One closed frame.
@@ -15,7 +16,9 @@ pub struct Frame {
     pub time: Option<f64>,
     /// The number of points in the window, including duplicates.
     pub points: u64,
-    /// The skeleton of the cloud.
+    /// How outliers were left out, if that was asked for.
+    pub decluttered: Option<Decluttered>,
+    /// The skeleton of the cloud, without outliers.
     pub skeleton: Skeleton,
 }
 

@@ -2,7 +2,8 @@
 //!
 //! In: [`Diff`]s of one view, each of which starts where the one before leads.
 //! Out: one [`Diff`]. The contract as an equation: for a run of snapshots it is `first.diff(&last)`. One exception: a
-//! vertex of a simplified view that moved and moved back is in it, since diffs do not say where it was.
+//! vertex that went and came back is in it, removed and added, since diffs do not say where it was. So it is with one
+//! of a simplified view that moved and moved back, and with one that was an outlier for a while.
 //! Must not know: why diffs are merged.
 
 use std::collections::BTreeMap;

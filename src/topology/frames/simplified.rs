@@ -49,6 +49,7 @@ impl SimplifiedFollower {
             from,
             time: frame.time,
             points: frame.points,
+            decluttered: frame.decluttered,
             vertices: frame.skeleton.vertices().len(),
             spec: self.spec,
             selection: view.selection,

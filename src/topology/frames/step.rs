@@ -5,6 +5,7 @@
 //! Must not know: how changes are found, formats.
 
 use super::diff::{Checksum, Diff};
+use crate::topology::declutter::Decluttered;
 use crate::topology::skeleton::{Selection, ViewSpec};
 
 /// The change of a view between two frames.
@@ -18,7 +19,9 @@ pub struct Step {
     pub time: Option<f64>,
     /// The number of points in the window, including duplicates.
     pub points: u64,
-    /// The number of distinct positions.
+    /// How outliers were left out, if that was asked for.
+    pub decluttered: Option<Decluttered>,
+    /// The number of distinct positions, without outliers.
     pub vertices: usize,
     /// The view.
     pub spec: ViewSpec,

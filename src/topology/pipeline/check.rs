@@ -52,6 +52,9 @@ impl Pipeline {
     /// # Errors [`Contradiction`]: the first difference.
     pub fn check(&mut self, follower: &Follower) -> Result<(), Contradiction> {
         self.reach();
+        if let Some(outliers) = &self.outliers {
+            outliers.check(&self.cloud, self.progress.reached)?;
+        }
         let mut delaunay = Delaunay::default();
         let all = CloudChange { appeared: self.cloud.vertices().map(|(slot, _)| slot).collect(), ..Default::default() };
         delaunay.apply(&self.cloud, &all);

@@ -15,18 +15,28 @@ const ONE_PASS: usize = 640;
 /// What a vertex takes in a triangulation whose skeleton is kept in tiles.
 const TILED: usize = 960;
 
+/// What a vertex takes in the filter of outliers.
+const FILTERED: usize = 160;
+
 impl Pipeline {
     /// About how many bytes it takes.
     pub fn bytes(&self) -> usize {
-        self.cloud.bytes() + self.delaunay.vertex_count() * self.bytes_of_a_vertex()
+        let outliers = self.outliers.as_ref().map_or(0, |outliers| outliers.bytes());
+        self.cloud.bytes() + outliers + self.delaunay.vertex_count() * self.bytes_of_a_vertex()
     }
 
     /// About how many bytes more it takes once its newest frame is computed.
     pub fn bytes_to_compute(&self) -> usize {
-        self.cloud.vertex_count().saturating_sub(self.delaunay.vertex_count()) * self.bytes_of_a_vertex()
+        let more = self.cloud.vertex_count().saturating_sub(self.delaunay.vertex_count());
+        more * (self.bytes_of_a_vertex() + self.filter_bytes_of_a_vertex())
     }
 
     fn bytes_of_a_vertex(&self) -> usize {
         if self.tiles.is_some() { TILED } else { ONE_PASS }
+    }
+
+    /// What a vertex takes in the filter, if there is one.
+    fn filter_bytes_of_a_vertex(&self) -> usize {
+        self.outliers.as_ref().map_or(0, |_| FILTERED)
     }
 }

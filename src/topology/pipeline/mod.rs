@@ -17,6 +17,7 @@ mod held;
 mod holes;
 mod memory;
 mod one_pass;
+mod outliers;
 mod progress;
 mod reach;
 mod rips_pass;
@@ -28,9 +29,11 @@ use std::sync::Arc;
 
 use self::held::{TiledSkeleton, WholeSkeleton};
 use self::holes::cached_region;
+use self::outliers::Outliers;
 use self::progress::Progress;
 use self::stage::StageHook;
 use super::cloud::{Admission, Cloud, Refusal, Staging, VertexId, Window};
+use super::declutter::Declutter;
 use super::frames::{Change, Diagram, Follower, Frame, SimplifiedFollower, Step};
 use super::plane::basins::Basins;
 use super::plane::delaunay::Delaunay;
@@ -42,6 +45,7 @@ use super::skeleton::Ranking;
 use super::tracks::{self, Detection, Detections, FrameStamp, HoleState, TrackId, TrackStep, detect};
 
 pub use self::check::Contradiction;
+pub use self::outliers::OutlierStep;
 pub use self::rips_pass::numbered;
 pub use self::space::{SpaceOptions, SpacePipeline};
 pub use self::stage::Stage;
@@ -59,6 +63,8 @@ pub struct Options {
     pub window: Window,
     /// The step of the grid that positions are snapped to, if any. It must be positive and finite.
     pub resolution: Option<f64>,
+    /// Which points are left out of the skeleton as outliers. They stay in the window; all points count by default.
+    pub declutter: Option<Declutter>,
 }
 
 /// The engine of one stream.
@@ -86,6 +92,8 @@ pub struct Options {
 #[derive(Clone, Debug)]
 pub struct Pipeline {
     cloud: Cloud,
+    /// Tells outliers from other points, if that is asked for. They are set aside in the cloud.
+    outliers: Option<Box<Outliers>>,
     delaunay: Delaunay,
     progress: Progress,
     /// The frame that was computed last as a whole, if it is stored so.
@@ -117,6 +125,7 @@ impl Pipeline {
     pub fn new(options: Options) -> Self {
         Self {
             cloud: Cloud::new(options.window, options.resolution),
+            outliers: options.declutter.map(Outliers::boxed),
             delaunay: Delaunay::default(),
             progress: Progress::default(),
             whole: None,
@@ -281,6 +290,7 @@ impl Pipeline {
             (None, None) => unreachable!("a frame that was reached is held"),
         };
         (step.time, step.points) = (self.progress.time, self.progress.points);
+        step.decluttered = self.progress.decluttered;
         Some(step)
     }
 

@@ -7,6 +7,7 @@
 
 use std::sync::Arc;
 
+use crate::topology::declutter::Decluttered;
 use crate::topology::frames::Frame;
 use crate::topology::skeleton::Skeleton;
 
@@ -19,6 +20,8 @@ pub struct Progress {
     pub time: Option<f64>,
     /// The number of points in the window then, including duplicates.
     pub points: u64,
+    /// How outliers were left out of the frame that was computed last.
+    pub decluttered: Option<Decluttered>,
     /// The number of the frame that was computed last.
     pub reached: u64,
     /// How many were computed so far.
@@ -48,7 +51,8 @@ impl Progress {
 
     /// The newest frame as a whole.
     pub fn frame_of(&self, skeleton: Skeleton) -> Frame {
-        Frame { number: self.committed, time: self.time, points: self.points, skeleton }
+        let &Self { committed: number, time, points, decluttered, .. } = self;
+        Frame { number, time, points, decluttered, skeleton }
     }
 
     /// Whether the newest frame was given as a whole.

@@ -25,7 +25,7 @@ impl Pipeline {
             return;
         }
         self.stages.begin(Stage::Triangulation);
-        let change = self.cloud.take_change();
+        let change = self.take_change();
         let is_tiles_cheaper = self.is_tiles_cheaper(&change);
         self.touched.clear();
         let mut observer = TouchObserver::new(self.tiles.as_ref().filter(|_| is_tiles_cheaper), &mut self.touched);
@@ -61,6 +61,15 @@ impl Pipeline {
             }
         };
         self.stages.begin(Stage::Done);
+    }
+
+    /// The change of the cloud, without outliers.
+    fn take_change(&mut self) -> CloudChange {
+        let change = self.cloud.take_change();
+        let Some(outliers) = &mut self.outliers else { return change };
+        let change = outliers.follow(&mut self.cloud, &change, [self.progress.reached, self.progress.committed]);
+        self.progress.decluttered = Some(outliers.report());
+        change
     }
 
     /// Drops the regions that a change may have changed.

@@ -12,8 +12,8 @@ use std::sync::Arc;
 /// A stage of a frame's computation. Every computed frame goes through all of them, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stage {
-    /// The change of the cloud is taken and the Delaunay triangulation is updated. Outside of the plane, the points are
-    /// gathered.
+    /// The change of the cloud is taken, outliers are told apart if that is asked for, and the Delaunay triangulation
+    /// is updated. Outside of the plane, the points are gathered.
     Triangulation,
     /// The skeleton is found: filtration, basins and reduction of everything, or of the touched tiles. Outside of the
     /// plane, the sweep over pairs.

@@ -47,6 +47,10 @@ fn samples(figure: &Figure<'_>) -> Vec<Sample> {
     if has(|panel| matches!(panel, Panel::Cloud | Panel::Skeleton(_))) {
         samples.push(("point", |x, y| format!("M{} {y}h0", x + 7.0), line_style(POINT) + " stroke-width=\"3.6\""));
     }
+    if !figure.outliers.is_empty() {
+        let ring: fn(f64, f64) -> String = |x, y| format!("M{} {y}a1.9 1.9 0 0 1 3.8 0a1.9 1.9 0 0 1-3.8 0", x + 5.1);
+        samples.push(("outlier", ring, line_style(POINT) + " stroke-width=\".9\""));
+    }
     if has(|panel| matches!(panel, Panel::Skeleton(_))) {
         let critical = format!("{CRITICAL_STYLE} stroke=\"{dark}\" stroke-width=\"4\"");
         let disc: fn(f64, f64) -> String = |x, y| format!("M{x} {y}a7 7 0 0 1 14 0a7 7 0 0 1-14 0");

@@ -33,6 +33,8 @@ pub struct Figure<'a> {
     pub name: Option<&'a str>,
     /// The whole skeleton.
     pub skeleton: &'a Skeleton,
+    /// Where points are that were left out of it as outliers.
+    pub outliers: &'a [[f64; 2]],
     /// Where its vertices are drawn; none in the plane.
     pub layout: Option<&'a Layout<2>>,
     /// The picture whose edges the points are.
@@ -82,7 +84,7 @@ impl Panel<'_> {
 /// When an edge of a simplified view names a vertex that is not there.
 pub fn figure(figure: &Figure<'_>) -> String {
     let full = View::new(figure.skeleton, hopes::topology::ViewSpec::Full);
-    let subject = Subject { skeleton: figure.skeleton, layout: figure.layout };
+    let subject = Subject { skeleton: figure.skeleton, layout: figure.layout, outliers: figure.outliers };
     let scenes: Vec<Scene<'_>> = figure.panels.iter().map(|panel| scene(subject, panel, &full)).collect();
     let extent = extent(figure, &scenes);
     let grid = Grid::new(&figure.panels, extent.size());
@@ -124,6 +126,7 @@ fn scene<'a>(of: Subject<'a>, panel: &Panel<'a>, full: &'a View) -> Scene<'a> {
 
 fn facts(of: Subject<'_>) -> String {
     let mut facts = vec![words::points(of)];
+    facts.extend(words::outliers(of));
     facts.extend(words::filtration(of));
     facts.push(format!("{} in the diagram", count(of.skeleton.dots().len(), "dot")));
     facts.extend(of.layout.and_then(words::account));
@@ -136,10 +139,11 @@ fn extent(figure: &Figure<'_>, scenes: &[Scene<'_>]) -> Extent {
         let [right, top] = size.map(|side| f64::from(side) - 0.5);
         return Extent::EMPTY.with([-0.5, -0.5]).with([right, top]);
     }
-    let subject = Subject { skeleton: figure.skeleton, layout: figure.layout };
+    let subject = Subject { skeleton: figure.skeleton, layout: figure.layout, outliers: figure.outliers };
     let skeletons = figure.panels.iter().zip(scenes).filter(|(panel, _)| matches!(panel, Panel::Skeleton(_)));
     let holes = skeletons.flat_map(|(_, scene)| &scene.holes);
-    holes.fold(subject.places().fold(Extent::EMPTY, Extent::with), |extent, (_, hole)| {
+    let points = subject.places().chain(figure.outliers.iter().copied());
+    holes.fold(points.fold(Extent::EMPTY, Extent::with), |extent, (_, hole)| {
         extent.with_circle(hole.center, hole.radius)
     })
 }

@@ -55,6 +55,7 @@ fn panels_stand_in_the_order_given() {
     let text = figure(&Figure {
         name: Some("two & one"),
         skeleton: &frame.skeleton,
+        outliers: &[],
         layout: None,
         photo: Some(backdrop()),
         panels,
@@ -88,6 +89,7 @@ fn a_picture_lies_under_its_pixels() {
     let figure = figure(&Figure {
         name: None,
         skeleton: &frame.skeleton,
+        outliers: &[],
         layout: None,
         photo: Some(backdrop()),
         panels: vec![Panel::Image, Panel::Cloud],
@@ -117,7 +119,8 @@ fn panels_of_the_plane_are_the_same_behind_a_diagram() {
     let frame = frame(&SQUARES);
     let view = frame.view(derived(1, 1));
     let points = |panels| {
-        let text = figure(&Figure { name: None, skeleton: &frame.skeleton, layout: None, photo: None, panels });
+        let text =
+            figure(&Figure { name: None, skeleton: &frame.skeleton, outliers: &[], layout: None, photo: None, panels });
         let document = Document::parse(&text).unwrap();
         let dots = document.descendants().find(|node| node.attribute("class") == Some("points")).unwrap();
         dots.attribute("d").unwrap().to_owned()
@@ -130,7 +133,14 @@ fn a_panel_alone_has_only_what_it_needs() {
     let frame = frame(&SQUARES);
     let view = frame.view(derived(1, 1));
     let alone = |panel| {
-        figure(&Figure { name: None, skeleton: &frame.skeleton, layout: None, photo: None, panels: vec![panel] })
+        figure(&Figure {
+            name: None,
+            skeleton: &frame.skeleton,
+            outliers: &[],
+            layout: None,
+            photo: None,
+            panels: vec![panel],
+        })
     };
     let cloud = alone(Panel::Cloud);
     let document = Document::parse(&cloud).unwrap();
@@ -147,7 +157,8 @@ fn two_diagrams_have_one_colour_bar_and_different_gaps() {
     let frame = frame(&SQUARES);
     let (one, two) = (frame.view(derived(1, 1)), frame.view(derived(2, 2)));
     let panels = vec![Panel::Diagram(&one), Panel::Diagram(&two)];
-    let text = figure(&Figure { name: None, skeleton: &frame.skeleton, layout: None, photo: None, panels });
+    let text =
+        figure(&Figure { name: None, skeleton: &frame.skeleton, outliers: &[], layout: None, photo: None, panels });
     let document = Document::parse(&text).unwrap();
     assert_eq!(named(&document, "linearGradient").len(), 1);
     let facts: Vec<&str> = texts(&document).into_iter().filter(|text| text.starts_with("k = ")).collect();
@@ -166,7 +177,8 @@ fn degenerate_clouds_have_figures() {
             simplified: (simplified.positions.planar(), &simplified.edges),
         };
         let panels = vec![Panel::Cloud, Panel::Diagram(&view), Panel::Skeleton(&view), simplified];
-        let text = figure(&Figure { name: None, skeleton: &frame.skeleton, layout: None, photo: None, panels });
+        let text =
+            figure(&Figure { name: None, skeleton: &frame.skeleton, outliers: &[], layout: None, photo: None, panels });
         assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
         Document::parse(&text).unwrap();
     }

@@ -152,7 +152,7 @@ mod tests {
     impl Scene {
         fn new(rule: TrackRule) -> Self {
             let window = Window::Frames(std::num::NonZeroU64::MIN);
-            let pipeline = Pipeline::new(Options { window, resolution: None });
+            let pipeline = Pipeline::new(Options { window, ..Options::default() });
             let miss = NonZeroU32::new(3).unwrap();
             Self { pipeline, tracker: Tracker::new(TrackOptions { miss, ..TrackOptions::new(rule) }) }
         }
