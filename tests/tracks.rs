@@ -18,7 +18,7 @@ struct Stream {
 impl Stream {
     fn new(rule: TrackRule) -> Self {
         let window = Window::Frames(NonZeroU64::MIN);
-        let pipeline = Pipeline::new(Options { window, resolution: None });
+        let pipeline = Pipeline::new(Options { window, ..Options::default() });
         Self { pipeline, tracker: Tracker::new(TrackOptions::new(rule)) }
     }
 
