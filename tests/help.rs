@@ -22,6 +22,9 @@ use hopes_protocol::{ListPeers, Message, Peers};
 use rustix::process::{Pid, Signal, kill_process_group};
 use tempfile::TempDir;
 
+/// Commands that may go on until they are asked to end. The others end by themselves, however busy the machine is.
+const ENDLESS: [&str; 8] = ["serve", "feed", "watch", "record", "replay", "tracks", "status", "demo"];
+
 /// After so long an example that has not ended gets a Ctrl-C.
 const PLAYED: Duration = Duration::from_secs(3);
 
@@ -265,7 +268,8 @@ impl World {
         shell.env("PATH", path).env("DATA", self.path("data")).env("CODES", &codes);
         shell.env("HOPES_ADDRESS", format!("unix:{}", usual.display()));
         shell.stdin(Stdio::null()).stdout(create(&out)).stderr(create(&log));
-        let ended = to_the_end(shell.spawn().unwrap());
+        let is_endless = ENDLESS.iter().any(|command| example.contains(&format!("hopes {command}")));
+        let ended = to_the_end(shell.spawn().unwrap(), is_endless);
         let log = std::fs::read_to_string(log).unwrap();
         let codes = std::fs::read_to_string(codes).unwrap_or_default();
         let is_good = ended && !codes.is_empty() && codes.lines().all(|code| code.starts_with("0 "));
@@ -299,8 +303,8 @@ fn quiet(command: &mut Command) -> Child {
     command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
 }
 
-/// Waits for the end, if need be after a Ctrl-C; whether there was an end.
-fn to_the_end(mut shell: Child) -> bool {
+/// Waits for the end, of what is endless if need be after a Ctrl-C; whether there was an end.
+fn to_the_end(mut shell: Child, is_endless: bool) -> bool {
     let (begun, group) = (Instant::now(), Pid::from_child(&shell));
     let mut is_asked = false;
     loop {
@@ -311,7 +315,7 @@ fn to_the_end(mut shell: Child) -> bool {
                 shell.wait().unwrap();
                 return false;
             }
-            None if begun.elapsed() > PLAYED && !is_asked => {
+            None if is_endless && begun.elapsed() > PLAYED && !is_asked => {
                 is_asked = true;
                 kill_process_group(group, Signal::INT).unwrap();
             }
