@@ -54,7 +54,7 @@ pub struct Life<T> {
     pub missed: u32,
     /// Whether it is remembered: it was missing for so long that it would have ended, and is not selected again since.
     pub is_remembered: bool,
-    /// The number of frames that it was missing for before it was seen last.
+    /// The number of frames in which it was missing until it was seen last, since it is remembered.
     pub gone: u64,
     /// The number of consecutive frames in which the dot was on the other side of the selection than was reported.
     pub selection_streak: u32,
@@ -101,8 +101,8 @@ impl<T: Report> Life<T> {
     pub fn see(&mut self, at: FrameStamp, persistence: f64, is_selected: bool) {
         let mut status = self.track.status();
         status.age = at.number - self.first_seen + 1;
-        if self.missed > 0 {
-            self.gone = at.number - self.last_seen - 1;
+        if self.is_remembered {
+            self.gone += at.number - self.last_seen - 1;
         }
         (self.last_seen, self.last_time, self.missed) = (at.number, at.time, 0);
         if is_selected {
@@ -130,6 +130,10 @@ impl<T: Report> Life<T> {
     /// It is missing in a frame.
     pub fn miss(&mut self) {
         self.missed = self.missed.saturating_add(1);
+        if self.is_remembered {
+            // It is back once it is seen in consecutive frames.
+            self.selection_streak = 0;
+        }
     }
 
     /// What has changed since it was last reported. Its centre has moved so far since then.
@@ -146,7 +150,7 @@ impl<T: Report> Life<T> {
         match self.track.status().is_selected {
             true => (self.selection_streak >= miss.get()).then_some(EventKind::Unselected),
             false if self.selection_streak < confirm.get() => None,
-            false => Some(EventKind::Reselected { gone: if self.is_remembered { self.gone } else { 0 } }),
+            false => Some(EventKind::Reselected { gone: self.gone }),
         }
     }
 
@@ -157,7 +161,8 @@ impl<T: Report> Life<T> {
             EventKind::Born | EventKind::Split { .. } => (self.is_announced, status.id) = (true, id),
             EventKind::Unselected => (status.is_selected, self.selection_streak) = (false, 0),
             EventKind::Reselected { .. } => {
-                (status.is_selected, self.selection_streak, self.is_remembered) = (true, 0, false);
+                (status.is_selected, self.selection_streak) = (true, 0);
+                (self.is_remembered, self.gone) = (false, 0);
             }
             EventKind::Updated(_) | EventKind::Merged { .. } | EventKind::Died => {}
         }

@@ -274,6 +274,19 @@ mod tests {
     }
 
     #[test]
+    fn all_frames_without_a_hole_count_until_it_is_back() {
+        let mut scene = Scene::new(ABOVE);
+        scene.tracker.options.remember = Remember::Frames(20);
+        let circle = ring(40, 10.0);
+        assert_eq!(scene.hold(3, &circle).len(), 1);
+        assert_eq!(scene.hold(5, &[[0.0, 0.0]]).len(), 1);
+        // One frame is too few to be back.
+        assert_eq!(scene.hold(1, &circle), []);
+        assert_eq!(scene.hold(2, &[[0.0, 0.0]]), []);
+        assert_eq!(scene.hold(2, &circle), [(13, 1, EventKind::Reselected { gone: 7 })]);
+    }
+
+    #[test]
     fn what_is_remembered_takes_nothing_from_tracks_that_are_there() {
         let mut scene = Scene::new(ABOVE);
         scene.tracker.options.remember = Remember::Frames(100);
